@@ -1,0 +1,493 @@
+"""Beams in compiled code: the ball-interference query and the distance to the beams it returns.
+
+A skeleton is a source of segments that answers one question, *which beams meet the ball (c, r)?* (`gather`). Explicit graphs
+answer through a uniform grid of segment lists, periodic cells by folding the ball into the period. Everything else, bounds
+over a box as well as values on a block, is computed from the short list that `gather` returns, in coordinates relative to
+the ball's centre, so that float32 is enough on a block.
+
+The data of a skeleton is packed into flat arrays (see `frep/skeleton.py`): `head` (integers), `fdata` (float64), `idata`
+(int32).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .jit import kernel
+
+# Columns of `head`.
+H_SOURCE, H_SECTION, H_BLEND, H_SEGMENTS, H_COUNT, H_SOURCE_DATA, H_INDEX, H_NX, H_NY, H_NZ = range(10)
+HEAD = 16
+
+PERIODIC, GRAPH = 0, 1
+"""Sources. Periodic source data: cell size (3), largest own radius. Graph: index origin (3), index spacing, largest radius."""
+
+ROUND, CONE, SQUARE = 0, 1, 2
+"""Sections: circle of radius p0; cone between the node radii stored in the segment; rounded square of side p0, fillet p1."""
+
+SEGMENT = 9
+"""Columns of a stored segment: a (3), b (3), radius at a, radius at b, 1 for a node ball."""
+
+# Columns of a gathered row: start relative to the ball centre, unit direction, length, radii, node flag, first section
+# axis, segment number, cell (i, j, k), distance of the axis from the ball centre.
+R_U, R_LENGTH, R_RA, R_RB, R_NODE, R_E1, R_ID, R_CELL, R_DISTANCE = 3, 6, 7, 8, 9, 10, 13, 14, 17
+ROW = 18
+
+CAPACITY = 1024
+"""Rows a block's list holds. A block that meets more beams is evaluated point by point."""
+
+OVERFLOW = -1
+
+
+@kernel
+def _store(rows, n, fdata, s, ox, oy, oz, seg, ci, cj, ck, distance):
+    # ox.. shifts the stored segment so that the ball centre is the origin.
+    ax, ay, az = fdata[s] + ox, fdata[s + 1] + oy, fdata[s + 2] + oz
+    bx, by, bz = fdata[s + 3] + ox, fdata[s + 4] + oy, fdata[s + 5] + oz
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    length = math.sqrt(ux * ux + uy * uy + uz * uz)
+    if length > 0.0:
+        ux, uy, uz = ux / length, uy / length, uz / length
+    else:
+        ux, uy, uz = 0.0, 0.0, 1.0
+    # Section frame (lf-rep 3.2): e1 = z x e3, or x for a vertical beam; the same solid for both directions.
+    horizontal = math.sqrt(ux * ux + uy * uy)
+    if horizontal > 1e-9:
+        e1x, e1y = -uy / horizontal, ux / horizontal
+    else:
+        e1x, e1y = 1.0, 0.0
+    r = rows[n]
+    r[0], r[1], r[2] = ax, ay, az
+    r[3], r[4], r[5] = ux, uy, uz
+    r[6], r[7], r[8], r[9] = length, fdata[s + 6], fdata[s + 7], fdata[s + 8]
+    r[10], r[11], r[12] = e1x, e1y, 0.0
+    r[13], r[14], r[15], r[16] = seg, ci, cj, ck
+    r[17] = distance
+
+
+@kernel
+def _axis_distance(fdata, s, px, py, pz):
+    ax, ay, az = fdata[s], fdata[s + 1], fdata[s + 2]
+    ux, uy, uz = fdata[s + 3] - ax, fdata[s + 4] - ay, fdata[s + 5] - az
+    px, py, pz = px - ax, py - ay, pz - az
+    squared = ux * ux + uy * uy + uz * uz
+    t = 0.0
+    if squared > 0.0:
+        t = min(max((px * ux + py * uy + pz * uz) / squared, 0.0), 1.0)
+    dx, dy, dz = px - t * ux, py - t * uy, pz - t * uz
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@kernel
+def gather(head, fdata, idata, cx, cy, cz, radius, rows):
+    """The beams whose axis, thickened by their own stored radius, comes within `radius` of (cx, cy, cz).
+
+    Fills `rows` and returns their number, or OVERFLOW where they do not fit. Cost: about 10 ns a candidate.
+    """
+    if head[H_SOURCE] == PERIODIC:
+        return _gather_periodic(head, fdata, cx, cy, cz, radius, rows)
+    return _gather_graph(head, fdata, idata, cx, cy, cz, radius, rows)
+
+
+@kernel
+def _gather_periodic(head, fdata, cx, cy, cz, radius, rows):
+    n = 0
+    p = head[H_SOURCE_DATA]
+    sx, sy, sz, own = fdata[p], fdata[p + 1], fdata[p + 2], fdata[p + 3]
+    reach = radius + own
+    # More cells than rows: every cell holds at least one beam, so the list cannot fit.
+    if 8.0 * reach * reach * reach > len(rows) * 8.0 * sx * sy * sz and reach > sx + sy + sz:
+        return OVERFLOW
+    for seg in range(head[H_COUNT]):
+        s = head[H_SEGMENTS] + seg * SEGMENT
+        ax, ay, az, bx, by, bz = fdata[s], fdata[s + 1], fdata[s + 2], fdata[s + 3], fdata[s + 4], fdata[s + 5]
+        i0 = math.ceil((cx - reach - max(ax, bx)) / sx)
+        i1 = math.floor((cx + reach - min(ax, bx)) / sx)
+        j0 = math.ceil((cy - reach - max(ay, by)) / sy)
+        j1 = math.floor((cy + reach - min(ay, by)) / sy)
+        k0 = math.ceil((cz - reach - max(az, bz)) / sz)
+        k1 = math.floor((cz + reach - min(az, bz)) / sz)
+        most = radius + max(fdata[s + 6], fdata[s + 7])
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                for k in range(k0, k1 + 1):
+                    d = _axis_distance(fdata, s, cx - i * sx, cy - j * sy, cz - k * sz)
+                    if d <= most:
+                        if n == len(rows):
+                            return OVERFLOW
+                        _store(rows, n, fdata, s, i * sx - cx, j * sy - cy, k * sz - cz, seg, i, j, k, d)
+                        n += 1
+    return n
+
+
+@kernel
+def _clamped_cell(value, count):
+    return int(min(max(math.floor(value), 0.0), count - 1.0))
+
+
+@kernel
+def _gather_graph(head, fdata, idata, cx, cy, cz, radius, rows):
+    n = 0
+    p = head[H_SOURCE_DATA]
+    ox, oy, oz, spacing, own = fdata[p], fdata[p + 1], fdata[p + 2], fdata[p + 3], fdata[p + 4]
+    nx, ny, nz = head[H_NX], head[H_NY], head[H_NZ]
+    reach = radius + own
+    i0, i1 = _clamped_cell((cx - reach - ox) / spacing, nx), _clamped_cell((cx + reach - ox) / spacing, nx)
+    j0, j1 = _clamped_cell((cy - reach - oy) / spacing, ny), _clamped_cell((cy + reach - oy) / spacing, ny)
+    k0, k1 = _clamped_cell((cz - reach - oz) / spacing, nz), _clamped_cell((cz + reach - oz) / spacing, nz)
+    starts = head[H_INDEX]
+    entries = starts + nx * ny * nz + 1
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            for k in range(k0, k1 + 1):
+                cell = (i * ny + j) * nz + k
+                for e in range(idata[starts + cell], idata[starts + cell + 1]):
+                    seg = idata[entries + e]
+                    s = head[H_SEGMENTS] + seg * SEGMENT
+                    # A segment is listed in many cells; it counts in the first one that the query visits.
+                    if i != max(i0, _clamped_cell((min(fdata[s], fdata[s + 3]) - ox) / spacing, nx)):
+                        continue
+                    if j != max(j0, _clamped_cell((min(fdata[s + 1], fdata[s + 4]) - oy) / spacing, ny)):
+                        continue
+                    if k != max(k0, _clamped_cell((min(fdata[s + 2], fdata[s + 5]) - oz) / spacing, nz)):
+                        continue
+                    d = _axis_distance(fdata, s, cx, cy, cz)
+                    if d <= radius + max(fdata[s + 6], fdata[s + 7]):
+                        if n == len(rows):
+                            return OVERFLOW
+                        _store(rows, n, fdata, s, -cx, -cy, -cz, seg, 0, 0, 0, d)
+                        n += 1
+    return n
+
+
+@kernel
+def _first_radius(head, fdata, cx, cy, cz):
+    """A radius with which to start looking for the nearest beam, and one beyond which there is nothing new."""
+    p = head[H_SOURCE_DATA]
+    if head[H_SOURCE] == PERIODIC:
+        sx, sy, sz = fdata[p], fdata[p + 1], fdata[p + 2]
+        return 0.25 * min(sx, min(sy, sz)), 4.0 * (sx + sy + sz)
+    spacing = fdata[p + 3]
+    dx = max(abs(cx - fdata[p]), abs(fdata[p] + head[H_NX] * spacing - cx))
+    dy = max(abs(cy - fdata[p + 1]), abs(fdata[p + 1] + head[H_NY] * spacing - cy))
+    dz = max(abs(cz - fdata[p + 2]), abs(fdata[p + 2] + head[H_NZ] * spacing - cz))
+    most = math.sqrt(dx * dx + dy * dy + dz * dz) + spacing
+    return min(spacing, most), most
+
+
+@kernel
+def gather_relevant(head, fdata, idata, cx, cy, cz, half, reach, blend, cutoff, rows):
+    """The beams that can decide the distance somewhere within `half` of the centre.
+
+    Args:
+        half: radius of the region.
+        reach: largest beam or node half-width (that is not stored in the segments) in the region.
+        blend: largest blend radius in the region.
+        cutoff: values above it need not be exact, only larger than it; `inf` when all must be.
+        rows: filled, nearest not first.
+
+    Returns the number of rows, or OVERFLOW.
+    """
+    if cutoff < math.inf:
+        return gather(head, fdata, idata, cx, cy, cz, max(cutoff, blend) + reach + half, rows)
+    radius, most = _first_radius(head, fdata, cx, cy, cz)
+    n = 0
+    while n == 0:
+        n = gather(head, fdata, idata, cx, cy, cz, radius, rows)
+        if n == 0 and radius > most:
+            return 0
+        if n == 0:
+            radius *= 2.0
+    if n == OVERFLOW:
+        return OVERFLOW
+    nearest = math.inf
+    for i in range(n):
+        nearest = min(nearest, rows[i, R_DISTANCE] - max(rows[i, R_RA], rows[i, R_RB]))
+    # Any beam that is nearest somewhere in the region is at most this far from the centre: its surface distance exceeds the
+    # nearest one by at most twice `half` plus the spread of the widths.
+    wanted = max(nearest + 2.0 * half + 2.0 * reach, blend + reach + half)
+    spread = 0.0
+    for i in range(n):
+        spread = max(spread, abs(rows[i, R_RA] - rows[i, R_RB]))
+    return gather(head, fdata, idata, cx, cy, cz, wanted + spread, rows)
+
+
+@kernel
+def beam_distance(section, r, px, py, pz, p0, p1, p_node):
+    """Signed distance of one point (relative to the ball centre) to one gathered beam or node ball."""
+    qx, qy, qz = px - r[0], py - r[1], pz - r[2]
+    t = qx * r[3] + qy * r[4] + qz * r[5]
+    length = r[6]
+    if r[9] != 0.0:
+        return math.sqrt(qx * qx + qy * qy + qz * qz) - (p_node + r[7])
+    if section == ROUND:
+        s = min(max(t, 0.0), length)
+        dx, dy, dz = qx - s * r[3], qy - s * r[4], qz - s * r[5]
+        return math.sqrt(dx * dx + dy * dy + dz * dz) - p0
+    if section == CONE:
+        square = max(qx * qx + qy * qy + qz * qz - t * t, 0.0)
+        return _cone(math.sqrt(square), t, length, r[7], r[8])
+    e2x, e2y, e2z = r[4] * r[12] - r[5] * r[11], r[5] * r[10] - r[3] * r[12], r[3] * r[11] - r[4] * r[10]
+    u = abs(qx * r[10] + qy * r[11] + qz * r[12])
+    v = abs(qx * e2x + qy * e2y + qz * e2z)
+    return _rounded_prism(u, v, abs(t - 0.5 * length) - 0.5 * length, 0.5 * p0, p1)
+
+
+@kernel
+def _cone(radial, t, length, ra, rb):
+    """Exact distance to the sphere-swept cone (lf-rep O5), in the half plane of the axis."""
+    if abs(ra - rb) >= length:
+        # One end ball holds the other.
+        if ra >= rb:
+            return math.sqrt(radial * radial + t * t) - ra
+        return math.sqrt(radial * radial + (t - length) * (t - length)) - rb
+    s = (ra - rb) / length
+    c = math.sqrt(1.0 - s * s)
+    along = t * c - radial * s
+    if along < 0.0:
+        return math.sqrt(radial * radial + t * t) - ra
+    if along > length * c:
+        return math.sqrt(radial * radial + (t - length) * (t - length)) - rb
+    return radial * c + t * s - ra
+
+
+@kernel
+def _rounded_prism(u, v, w, half_side, fillet):
+    """Exact distance to a rounded square (lf-rep 3.2) extruded between flat ends; `w` is the distance past the end."""
+    f = min(fillet, half_side)
+    a, b = u - half_side + f, v - half_side + f
+    x, y = max(a, 0.0), max(b, 0.0)
+    d = math.sqrt(x * x + y * y) + min(max(a, b), 0.0) - f
+    x, y = max(d, 0.0), max(w, 0.0)
+    return math.sqrt(x * x + y * y) + min(max(d, w), 0.0)
+
+
+@kernel
+def half_width(section, p0):
+    """Largest distance of the section's outline from the axis, for a circle's radius or a square's side."""
+    if section == ROUND:
+        return p0
+    if section == CONE:
+        return 0.0
+    return 0.7071067811865476 * p0
+
+
+@kernel
+def beams_interval(head, fdata, idata, box, params_lo, params_hi, cutoff, rows):
+    """Bounds of the skeleton's distance over a box of lattice space.
+
+    Args:
+        box: (6,) lo and hi of the three coordinates.
+        params_lo, params_hi: (4,) bounds of p0, p1, node radius, blend.
+    """
+    section = head[H_SECTION]
+    half_x, half_y, half_z = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
+    half = math.sqrt(half_x * half_x + half_y * half_y + half_z * half_z)
+    if not half < math.inf:
+        return -math.inf, math.inf
+    cx, cy, cz = box[0] + half_x, box[1] + half_y, box[2] + half_z
+    reach = max(half_width(section, params_hi[0]), params_hi[2])
+    blend = params_hi[3] if head[H_BLEND] else 0.0
+    if not (reach < math.inf and blend < math.inf):
+        return -math.inf, math.inf
+    n = gather_relevant(head, fdata, idata, cx, cy, cz, half, reach, blend, cutoff, rows)
+    if n == OVERFLOW:
+        return -math.inf, math.inf
+    if n == 0:
+        return cutoff, math.inf
+    lo, hi = math.inf, math.inf
+    touching = 0
+    for i in range(n):
+        # Wider sections and smaller fillets are nearer.
+        near = beam_distance(section, rows[i], 0.0, 0.0, 0.0, params_hi[0], params_lo[1], params_hi[2]) - half
+        lo = min(lo, near)
+        far = beam_distance(section, rows[i], 0.0, 0.0, 0.0, params_lo[0], params_hi[1], params_lo[2]) + half
+        hi = min(hi, far)
+        if near < blend:
+            touching += 1
+    lo = min(lo, cutoff)
+    if head[H_BLEND] and lo < blend and touching > 1:
+        lo -= (math.sqrt(touching) - 1.0) * (blend - lo)
+    return lo, hi
+
+
+@kernel
+def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows, local, out):
+    """Distance to the skeleton at n <= 512 points.
+
+    x, y, z: coordinates in lattice space; p0..p3: the parameters, arrays like x. `local` is scratch (4, n) of the same type.
+    Cost: 0.2 to 0.4 ns a point and beam in float32, plus the query, about 1 us a block.
+    """
+    fx0 = fx1 = x[0]
+    fy0 = fy1 = y[0]
+    fz0 = fz1 = z[0]
+    f0, f2, f3 = p0[0], p2[0], p3[0]
+    for i in range(n):
+        fx0 = min(fx0, x[i])
+        fx1 = max(fx1, x[i])
+        fy0 = min(fy0, y[i])
+        fy1 = max(fy1, y[i])
+        fz0 = min(fz0, z[i])
+        fz1 = max(fz1, z[i])
+        f0 = max(f0, p0[i])
+        f2 = max(f2, p2[i])
+        f3 = max(f3, p3[i])
+    x0, y0, z0 = np.float64(fx0), np.float64(fy0), np.float64(fz0)
+    x1, y1, z1 = np.float64(fx1), np.float64(fy1), np.float64(fz1)
+    q0, q2, q3 = np.float64(f0), np.float64(f2), np.float64(f3)
+    section = head[H_SECTION]
+    cx, cy, cz = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
+    half = 0.5 * math.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2 + (z1 - z0) ** 2)
+    reach = max(half_width(section, q0), q2)
+    blend = q3 if head[H_BLEND] else 0.0
+    count = OVERFLOW
+    if half < math.inf and reach < math.inf and blend < math.inf:
+        count = gather_relevant(head, fdata, idata, cx, cy, cz, half, reach, blend, cutoff, rows)
+    if count == OVERFLOW:
+        _point_by_point(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows, out)
+        return
+    if count == 0:
+        far = min(cutoff, 1e30)
+        for i in range(n):
+            out[i] = far
+        return
+    lx, ly, lz, total = local[0], local[1], local[2], local[3]
+    for i in range(n):
+        lx[i] = x[i] - cx
+        ly[i] = y[i] - cy
+        lz[i] = z[i] - cz
+    if section == ROUND and not head[H_BLEND]:
+        _round_hard(rows, count, lx, ly, lz, p0, p2, n, total, out)
+    else:
+        _general(head, rows, count, lx, ly, lz, p0, p1, p2, p3, n, total, out)
+
+
+@kernel
+def _round_hard(rows, count, lx, ly, lz, p0, p2, n, best, out):
+    # Smallest squared axis distance first, one root at the end. 12 flops a point and beam.
+    for i in range(n):
+        best[i] = 1e30
+        out[i] = 1e30
+    one = np.empty(7, lx.dtype)
+    nodes = 0
+    for b in range(count):
+        for c in range(7):
+            one[c] = rows[b, c]
+        ax, ay, az, ux, uy, uz, length = one[0], one[1], one[2], one[3], one[4], one[5], one[6]
+        zero = length - length
+        if rows[b, R_NODE] != 0.0:
+            nodes += 1
+            for i in range(n):
+                qx, qy, qz = lx[i] - ax, ly[i] - ay, lz[i] - az
+                out[i] = min(out[i], qx * qx + qy * qy + qz * qz)
+        else:
+            for i in range(n):
+                qx, qy, qz = lx[i] - ax, ly[i] - ay, lz[i] - az
+                t = min(max(qx * ux + qy * uy + qz * uz, zero), length)
+                qx, qy, qz = qx - t * ux, qy - t * uy, qz - t * uz
+                best[i] = min(best[i], qx * qx + qy * qy + qz * qz)
+    if nodes:
+        for i in range(n):
+            out[i] = min(np.sqrt(best[i]) - p0[i], np.sqrt(out[i]) - p2[i])
+    else:
+        for i in range(n):
+            out[i] = np.sqrt(best[i]) - p0[i]
+
+
+@kernel
+def _general(head, rows, count, lx, ly, lz, p0, p1, p2, p3, n, total, out):
+    """Any section, hard or blended.
+
+    The blend is the n-ary round union: with v_i the distances and k the radius, max(k, min v) - |max(k - v_i, 0)|. It is
+    symmetric in the beams, exact where only one is within k, and leaves a circular fillet of radius k between two
+    surfaces that meet at a right angle.
+    """
+    section = head[H_SECTION]
+    blended = head[H_BLEND] != 0
+    row = np.empty(ROW, lx.dtype)
+    zero = lx[0] - lx[0]
+    half_one = zero + np.float32(0.5)
+    for i in range(n):
+        out[i] = 1e30
+        total[i] = zero
+    for b in range(count):
+        for c in range(R_ID):
+            row[c] = rows[b, c]
+        ax, ay, az, ux, uy, uz, length, ra, rb = row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8]
+        fx, fy, fz = row[10], row[11], row[12]
+        gx, gy, gz = uy * fz - uz * fy, uz * fx - ux * fz, ux * fy - uy * fx
+        node = rows[b, R_NODE] != 0.0
+        # cone constants
+        slope = zero
+        if length > zero:
+            slope = (ra - rb) / length
+        inside_cone = abs(slope) < 1.0 and length > zero
+        cosine = np.sqrt(max(zero + np.float32(1.0) - slope * slope, zero))
+        for i in range(n):
+            qx, qy, qz = lx[i] - ax, ly[i] - ay, lz[i] - az
+            t = qx * ux + qy * uy + qz * uz
+            square = qx * qx + qy * qy + qz * qz
+            if node:
+                v = np.sqrt(square) - (p2[i] + ra)
+            elif section == ROUND:
+                s = min(max(t, zero), length)
+                qx, qy, qz = qx - s * ux, qy - s * uy, qz - s * uz
+                v = np.sqrt(qx * qx + qy * qy + qz * qz) - p0[i]
+            elif section == CONE:
+                wx, wy, wz = qx - t * ux, qy - t * uy, qz - t * uz
+                radial = np.sqrt(wx * wx + wy * wy + wz * wz)
+                past = t - length
+                at_a = np.sqrt(square) - ra
+                at_b = np.sqrt(radial * radial + past * past) - rb
+                along = t * cosine - radial * slope
+                v = radial * cosine + t * slope - ra
+                v = at_a if along < zero else v
+                v = at_b if along > length * cosine else v
+                if not inside_cone:
+                    v = at_a if ra >= rb else at_b
+            else:
+                hs = half_one * p0[i]
+                f = min(p1[i], hs)
+                u = abs(qx * fx + qy * fy + qz * fz) - hs + f
+                w = abs(qx * gx + qy * gy + qz * gz) - hs + f
+                e = abs(t - half_one * length) - half_one * length
+                x1, y1 = max(u, zero), max(w, zero)
+                d = np.sqrt(x1 * x1 + y1 * y1) + min(max(u, w), zero) - f
+                x1, y1 = max(d, zero), max(e, zero)
+                v = np.sqrt(x1 * x1 + y1 * y1) + min(max(d, e), zero)
+            out[i] = min(out[i], v)
+            if blended:
+                k = max(p3[i] - v, zero)
+                total[i] += k * k
+    if blended:
+        for i in range(n):
+            # With k = 0 the round union would lose the depth inside; it is the plain minimum there.
+            v = max(p3[i], out[i]) - np.sqrt(total[i])
+            out[i] = v if p3[i] > zero else out[i]
+
+
+@kernel
+def _point_by_point(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows, out):
+    section = head[H_SECTION]
+    for i in range(n):
+        px, py, pz = np.float64(x[i]), np.float64(y[i]), np.float64(z[i])
+        q0, q1, q2, q3 = np.float64(p0[i]), np.float64(p1[i]), np.float64(p2[i]), np.float64(p3[i])
+        blend = q3 if head[H_BLEND] else 0.0
+        reach = max(half_width(section, q0), q2)
+        if not (px - px == 0.0 and py - py == 0.0 and pz - pz == 0.0 and reach - reach == 0.0 and blend - blend == 0.0):
+            out[i] = math.nan
+            continue
+        m = gather_relevant(head, fdata, idata, px, py, pz, 0.0, reach, blend, cutoff, rows)
+        if m == OVERFLOW:
+            # More beams than the list holds within a width of one point: a lattice far thicker than its cells.
+            out[i] = -reach
+            continue
+        best, total = min(cutoff, 1e30), 0.0
+        for b in range(m):
+            v = beam_distance(section, rows[b], 0.0, 0.0, 0.0, q0, q1, q2)
+            best = min(best, v)
+            k = max(blend - v, 0.0)
+            total += k * k
+        out[i] = max(blend, best) - math.sqrt(total) if blend > 0.0 else best

@@ -1,0 +1,756 @@
+"""Fields: symbolic scalar expressions of position, the one language in which everything is composed.
+
+A `Field` is a node of an immutable, hash-consed expression graph over the coordinates `x, y, z` (mm). Python operators and
+numpy ufuncs build it, so an ordinary function `lambda x, y, z: 0.1 + abs(0.025 * x)` is traced, not called per point; a
+function that cannot be traced becomes a foreign leaf that is called in batches. Nothing is evaluated until numbers are
+asked for: `field(points)`, `field.bounds(lo, hi)`, `field.gradient(points)`, or a solid is sampled.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import numbers
+import struct
+import threading
+import weakref
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+
+from .errors import ArgumentError, ArgumentTypeError, FunctionError
+from .ops import OPERATIONS
+
+FieldLike: TypeAlias = "Field | float | int | Callable[..., Any]"
+"""What is accepted where a Field is expected: a Field, a number, or a function of `(x, y, z)`."""
+
+
+@runtime_checkable
+class Leaf(Protocol):
+    """Data that a Field evaluates at three coordinates and further arguments: beams, sampled grids, foreign functions.
+
+    `content_key` identifies the data; two leaves with equal keys are the same. `name` is shown by `repr`.
+    """
+
+    @property
+    def content_key(self) -> bytes: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+_nodes: weakref.WeakValueDictionary[bytes, Field] = weakref.WeakValueDictionary()
+_nodes_lock = threading.Lock()
+
+
+class Field:
+    """A symbolic scalar function of position. Immutable; equal expressions are the same object.
+
+    Build Fields from `coordinates()`, numbers, operators, numpy functions (`np.sin(x)`, `np.hypot(x, y)`) and the functions
+    of this module; or trace a function with `as_field`. Comparisons give Fields that are 1 where true and 0 elsewhere, for
+    use in `where`. A Field has no truth value: `if x < 0` inside a traced function is an error that says so.
+
+    Example:
+        >>> import numpy as np, frep
+        >>> x, y, z = frep.coordinates()
+        >>> f = frep.sqrt(x**2 + y**2 + z**2) - 5
+        >>> f
+        sqrt(x**2 + y**2 + z**2) - 5
+        >>> f([[3, 4, 0], [0, 0, 0]])
+        array([ 0., -5.])
+        >>> f.bounds((0, 0, 0), (1, 1, 1))[0]
+        -5.0
+    """
+
+    __slots__ = ("__weakref__", "args", "axes", "data", "has_data", "key", "op")
+
+    op: str
+    args: tuple[Field, ...]
+    data: Any
+    key: bytes
+    axes: frozenset[int]
+    has_data: bool
+
+    __array_priority__ = 1000.0
+
+    def __new__(cls, op: str, args: tuple[Field, ...] = (), data: Any = None) -> Field:
+        key = _content_key(op, args, data)
+        with _nodes_lock:
+            node = _nodes.get(key)
+            if node is None:
+                node = object.__new__(cls)
+                set_ = object.__setattr__
+                set_(node, "op", op)
+                set_(node, "args", args)
+                set_(node, "data", data)
+                set_(node, "key", key)
+                own = frozenset((data,)) if op == "coordinate" else frozenset()
+                set_(node, "axes", own.union(*(a.axes for a in args)))
+                leaf = op not in OPERATIONS and op not in ("constant", "coordinate")
+                set_(node, "has_data", leaf or any(a.has_data for a in args))
+                _nodes[key] = node
+            return node
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError("a Field is immutable")
+
+    def __reduce__(self):
+        order = topological([self])
+        number = {node: i for i, node in enumerate(order)}
+        rows = [(node.op, tuple(number[a] for a in node.args), node.data) for node in order]
+        return _rebuild, (rows,)
+
+    def __hash__(self) -> int:
+        return int.from_bytes(self.key[:8], "little", signed=True)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    # --- numbers ---------------------------------------------------------------------------------------------------
+
+    def __call__(self, points) -> np.ndarray:
+        """Values at an (n, 3) array of points in mm: (n,) float64; at one point (3,): a float.
+
+        Raises:
+            ArgumentError: points of another shape.
+            FunctionError: a user function inside raised, or returned NaN or the wrong shape.
+        """
+        from .evaluate import values_at
+
+        pts, single = _points(points)
+        out = values_at((self,), pts)[0]
+        return out[0] if single else out
+
+    def bounds(self, lo, hi):
+        """Numbers `(lowest, highest)` that enclose every value in the box from `lo` to `hi`.
+
+        `lo`, `hi` are (3,) for one box (floats come back) or (n, 3) for many ((n,) arrays come back). The enclosure is
+        guaranteed, not tight. Raises `ArgumentError` where `lo > hi` or a corner is NaN.
+        """
+        from .evaluate import bounds_over
+
+        low, high = np.broadcast_arrays(np.asarray(lo, float), np.asarray(hi, float))
+        single = low.ndim == 1
+        low, high = np.atleast_2d(low), np.atleast_2d(high)
+        if low.shape[1:] != (3,):
+            raise ArgumentError(f"lo, hi: expected shape (3,) or (n, 3), got {np.shape(lo)} and {np.shape(hi)}")
+        if not np.all(low <= high):
+            raise ArgumentError(f"lo, hi: every lo must be <= hi and not NaN, got lo={lo!r}, hi={hi!r}")
+        least, most = bounds_over(self, low, high)
+        return (float(least[0]), float(most[0])) if single else (least, most)
+
+    def gradient(self, points) -> np.ndarray:
+        """Gradient at an (n, 3) array of points: (n, 3) float64; at one point: (3,).
+
+        Exact derivatives of the expression; leaves with data (beams, sampled grids, foreign functions) are differenced
+        centrally. At a crease of `minimum`, `maximum` or `abs` the gradient of one of the branches is returned.
+        """
+        from .evaluate import values_at
+
+        pts, single = _points(points)
+        out = np.stack(values_at(self.derivatives(), pts), axis=1)
+        return out[0] if single else out
+
+    def derivatives(self) -> tuple[Field, Field, Field]:
+        """The three partial derivatives with respect to x, y, z as Fields (forward mode, shared subexpressions)."""
+        from .derivative import derivatives
+
+        return derivatives(self)
+
+    # --- substitution ------------------------------------------------------------------------------------------------
+
+    def substitute(self, x: FieldLike, y: FieldLike, z: FieldLike) -> Field:
+        """The same expression with `x, y, z` replaced: the mechanism of every transform and coordinate map.
+
+        `f.substitute(X, Y, Z)(p) == f((X(p), Y(p), Z(p)))` for all points p.
+        """
+        new = (as_field(x), as_field(y), as_field(z))
+        done: dict[Field, Field] = {}
+        for node in topological([self]):
+            if node.op == "coordinate":
+                done[node] = new[node.data]
+            elif not node.axes:
+                done[node] = node
+            else:
+                done[node] = _make(node.op, tuple(done[a] for a in node.args), node.data)
+        return done[self]
+
+    # --- operators ---------------------------------------------------------------------------------------------------
+
+    def __add__(self, other):
+        return _binary("add", self, other)
+
+    def __radd__(self, other):
+        return _binary("add", other, self)
+
+    def __sub__(self, other):
+        return _binary("subtract", self, other)
+
+    def __rsub__(self, other):
+        return _binary("subtract", other, self)
+
+    def __mul__(self, other):
+        return _binary("multiply", self, other)
+
+    def __rmul__(self, other):
+        return _binary("multiply", other, self)
+
+    def __truediv__(self, other):
+        return _binary("divide", self, other)
+
+    def __rtruediv__(self, other):
+        return _binary("divide", other, self)
+
+    def __mod__(self, other):
+        return _binary("mod", self, other)
+
+    def __rmod__(self, other):
+        return _binary("mod", other, self)
+
+    def __floordiv__(self, other):
+        return floor(_binary("divide", self, other))
+
+    def __rfloordiv__(self, other):
+        return floor(_binary("divide", other, self))
+
+    def __pow__(self, exponent):
+        return power(self, exponent)
+
+    def __rpow__(self, base):
+        return power(base, self)
+
+    def __neg__(self):
+        return _make("negative", (self,))
+
+    def __pos__(self):
+        return self
+
+    def __abs__(self):
+        return _make("absolute", (self,))
+
+    def __lt__(self, other):
+        return _binary("less", self, other)
+
+    def __gt__(self, other):
+        return _binary("less", other, self)
+
+    def __le__(self, other):
+        return _binary("less_equal", self, other)
+
+    def __ge__(self, other):
+        return _binary("less_equal", other, self)
+
+    def __and__(self, other):
+        return minimum(self, other)
+
+    def __or__(self, other):
+        return maximum(self, other)
+
+    def __invert__(self):
+        return 1.0 - self
+
+    def clip(self, lower=None, upper=None, **_ignored) -> Field:
+        """`clip(self, lower, upper)`; also what `numpy.clip` calls."""
+        return clip(self, lower, upper)
+
+    def __bool__(self) -> bool:
+        raise ArgumentTypeError(
+            "a Field has no truth value, because it differs from place to place; write where(condition, a, b) instead of "
+            "`if`, `and`, `or`, min() or max()"
+        )
+
+    def __float__(self) -> float:
+        if self.op == "constant":
+            return self.data
+        raise ArgumentTypeError(
+            f"expected a number, got the Field {self!r}; use frep functions or numpy ufuncs, not math ones"
+        )
+
+    def __len__(self):
+        raise TypeError("a Field is a scalar and has no len()")
+
+    def __iter__(self):
+        raise TypeError("a Field is a scalar and cannot be iterated")
+
+    def __array__(self, *args, **kwargs):
+        raise ArgumentTypeError(f"the Field {self!r} cannot become an array; evaluate it at points: field(points)")
+
+    # --- numpy -------------------------------------------------------------------------------------------------------
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
+        function = _UFUNCS.get(ufunc.__name__)
+        if method != "__call__" or kwargs or function is None:
+            return NotImplemented
+        return function(*(_scalar(i) for i in inputs))
+
+    def __array_function__(self, function, types, args, kwargs):
+        ours = {np.where: where, np.clip: clip}.get(function)
+        if ours is None or kwargs:
+            return NotImplemented
+        return ours(*args)
+
+    # --- text --------------------------------------------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        from .printing import expression_text
+
+        return expression_text(self)
+
+    @property
+    def is_constant(self) -> bool:
+        """True where the expression has been folded to one number."""
+        return self.op == "constant"
+
+
+def _rebuild(rows) -> Field:
+    nodes: list[Field] = []
+    for op, args, data in rows:
+        nodes.append(Field(op, tuple(nodes[i] for i in args), data))
+    return nodes[-1]
+
+
+def _content_key(op: str, args: tuple[Field, ...], data: Any) -> bytes:
+    h = hashlib.blake2b(op.encode(), digest_size=16)
+    for a in args:
+        h.update(a.key)
+    if op == "constant":
+        h.update(struct.pack("<d", data))
+    elif op == "coordinate":
+        h.update(bytes((data,)))
+    elif data is not None:
+        h.update(data.content_key)
+    return h.digest()
+
+
+def _points(points) -> tuple[np.ndarray, bool]:
+    try:
+        pts = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ArgumentTypeError(f"points: expected an (n, 3) array of numbers, got {type(points).__name__}") from error
+    if pts.ndim not in (1, 2) or pts.shape[-1] != 3:
+        raise ArgumentError(f"points: expected shape (3,) or (n, 3), got {pts.shape}")
+    return np.ascontiguousarray(np.atleast_2d(pts)), pts.ndim == 1
+
+
+def topological(roots: Iterable[Field]) -> list[Field]:
+    """Every node below the roots, arguments before users. Iterative: graphs may be deeper than Python's stack."""
+    order: list[Field] = []
+    seen: set[Field] = set()
+    for root in roots:
+        stack: list[tuple[Field, bool]] = [(root, False)]
+        while stack:
+            node, ready = stack.pop()
+            if ready:
+                order.append(node)
+            elif node not in seen:
+                seen.add(node)
+                stack.append((node, True))
+                stack.extend((a, False) for a in reversed(node.args) if a not in seen)
+    return order
+
+
+# --- construction ----------------------------------------------------------------------------------------------------
+
+
+def constant(value: float) -> Field:
+    """A Field that is the same number everywhere."""
+    return Field("constant", (), float(value) + 0.0)
+
+
+_AXES = tuple(Field("coordinate", (), axis) for axis in range(3))
+
+
+def coordinates() -> tuple[Field, Field, Field]:
+    """The Fields `x, y, z`: position in mm.
+
+    Example:
+        >>> x, y, z = coordinates()
+        >>> 2 * x + 1
+        2*x + 1
+    """
+    return _AXES
+
+
+def _scalar(value: Any) -> Any:
+    """A Field, or a float from any real number (including 0-d arrays)."""
+    if isinstance(value, Field):
+        return value
+    if isinstance(value, (numbers.Real, np.bool_)):
+        return float(value)
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        return float(value)
+    raise ArgumentTypeError(f"expected a Field or a number, got {type(value).__name__}: {value!r}")
+
+
+def _lift(value: Any) -> Field:
+    value = _scalar(value)
+    return value if isinstance(value, Field) else constant(value)
+
+
+def _binary(op: str, a: Any, b: Any):
+    try:
+        return _make(op, (_lift(a), _lift(b)))
+    except ArgumentTypeError:
+        return NotImplemented
+
+
+def _is(field: Field, value: float) -> bool:
+    return field.op == "constant" and field.data == value
+
+
+def _make(op: str, args: tuple[Field, ...], data: Any = None) -> Field:
+    """A node, simplified where an identity holds for every float (constants folded, neutral elements dropped)."""
+    row = OPERATIONS.get(op)
+    if row is None:
+        return Field(op, args, data)
+    if all(a.op == "constant" for a in args):
+        with np.errstate(all="ignore"):
+            return constant(row.value(*(np.float64(a.data) for a in args)))
+    a = args[0]
+    b = args[1] if len(args) > 1 else a
+    match op:
+        case "add":
+            if _is(a, 0.0):
+                return b
+            if _is(b, 0.0):
+                return a
+        case "subtract":
+            if _is(b, 0.0):
+                return a
+            if _is(a, 0.0):
+                return _make("negative", (b,))
+            if a is b:
+                return constant(0.0)
+        case "multiply":
+            if _is(a, 1.0):
+                return b
+            if _is(b, 1.0):
+                return a
+            if _is(a, 0.0) or _is(b, 0.0):
+                return constant(0.0)
+            if _is(a, -1.0):
+                return _make("negative", (b,))
+            if _is(b, -1.0):
+                return _make("negative", (a,))
+            if a is b:
+                return _make("square", (a,))
+        case "divide":
+            if b.op == "constant" and b.data != 0.0:
+                return _make("multiply", (a, constant(1.0 / b.data))) if _exact_reciprocal(b.data) else Field(op, args)
+            if _is(a, 0.0):
+                return constant(0.0)
+        case "negative":
+            if a.op == "negative":
+                return a.args[0]
+        case "minimum" | "maximum":
+            if a is b:
+                return a
+        case "absolute":
+            if a.op in ("absolute", "square", "sqrt"):
+                return a
+        case "where":
+            if a.op == "constant":
+                return args[1] if a.data != 0.0 else args[2]
+            if args[1] is args[2]:
+                return args[1]
+    if row.commutative and b.key < a.key and a.op != "constant" and b.op == "constant":
+        args = (b, a)
+    return Field(op, args, data)
+
+
+def _exact_reciprocal(value: float) -> bool:
+    return math.frexp(value)[0] in (0.5, -0.5) and 1e-300 < abs(value) < 1e300
+
+
+def as_field(value: FieldLike, name: str = "value") -> Field:
+    """A Field from a Field, a number, or a function of `(x, y, z)`, which is traced where it can be.
+
+    A function that cannot be traced (it branches with `if`, calls a library, looks up a table) becomes a foreign leaf, see
+    `foreign`. `name` is the argument's name for the error message.
+
+    Raises:
+        ArgumentTypeError: neither a Field, nor a number, nor a callable.
+        ArgumentError: a number that is not finite.
+    """
+    if isinstance(value, Field):
+        return value
+    if callable(value):
+        return trace(value)
+    try:
+        number = _scalar(value)
+    except ArgumentTypeError:
+        raise ArgumentTypeError(
+            f"{name}: expected a number, a Field or a function of (x, y, z), got {type(value).__name__}: {value!r}"
+        ) from None
+    if not math.isfinite(number):
+        raise ArgumentError(f"{name}: expected a finite number, got {number}")
+    return constant(number)
+
+
+def trace(function: Callable[..., Any]) -> Field:
+    """Call `function` once with the coordinate Fields and return the expression it builds; else a foreign leaf.
+
+    Raises:
+        FunctionError: the function fails when called with arrays as well.
+    """
+    try:
+        result = function(*_AXES)
+        return _lift(result)
+    except Exception:
+        # Not traceable (a branch, a math function, a library call): call it with arrays, in batches.
+        return foreign(function)
+
+
+def foreign(function: Callable[..., Any], *, lipschitz: float | None = None, name: str | None = None) -> Field:
+    """A Field that calls a Python function in batches.
+
+    Args:
+        function: called as `function(x, y, z)` with three float64 arrays of one shape (n,); returns (n,) finite numbers.
+        lipschitz: a bound on the change of the value for each mm, if known. With it, regions without surface are skipped;
+            without it, every voxel in the solid's bounds is evaluated.
+        name: shown by `repr` and in errors; the function's name unless given.
+
+    Raises:
+        ArgumentError: `lipschitz` negative or not finite.
+        FunctionError: a first call with a few points raises, or returns NaN or the wrong shape.
+
+    Example:
+        >>> import numpy as np
+        >>> table = np.linspace(1, 2, 11)
+        >>> f = foreign(lambda x, y, z: np.interp(x, np.arange(11), table), lipschitz=0.1)
+        >>> f([[5, 0, 0]])
+        array([1.5])
+    """
+    from .foreign import Foreign
+
+    if not callable(function):
+        raise ArgumentTypeError(f"function: expected a callable, got {type(function).__name__}")
+    if lipschitz is not None and not (math.isfinite(lipschitz) and lipschitz >= 0):
+        raise ArgumentError(f"lipschitz: expected a finite number >= 0, got {lipschitz!r}")
+    leaf = Foreign(function, lipschitz, name or getattr(function, "__name__", type(function).__name__))
+    leaf.call(np.zeros((2, 3)))
+    return Field("foreign", _AXES, leaf)
+
+
+def leaf_field(op: str, leaf: Leaf, *parameters: Field) -> Field:
+    """A Field of a data leaf at `(x, y, z)` with further argument Fields. For the kernel's own modules."""
+    return Field(op, (*_AXES, *parameters), leaf)
+
+
+# --- functions -------------------------------------------------------------------------------------------------------
+
+
+def sqrt(a: FieldLike) -> Field:
+    """Square root; NaN below zero."""
+    return _make("sqrt", (_lift(a),))
+
+
+def square(a: FieldLike) -> Field:
+    """The argument times itself; its interval is tighter than that of a product."""
+    return _make("square", (_lift(a),))
+
+
+def exp(a: FieldLike) -> Field:
+    """e to the power of the argument."""
+    return _make("exp", (_lift(a),))
+
+
+def log(a: FieldLike) -> Field:
+    """Natural logarithm."""
+    return _make("log", (_lift(a),))
+
+
+def sin(a: FieldLike) -> Field:
+    """Sine of an angle in rad."""
+    return _make("sin", (_lift(a),))
+
+
+def cos(a: FieldLike) -> Field:
+    """Cosine of an angle in rad."""
+    return _make("cos", (_lift(a),))
+
+
+def tan(a: FieldLike) -> Field:
+    """Tangent of an angle in rad."""
+    return sin(a) / cos(a)
+
+
+def arctan2(a: FieldLike, b: FieldLike) -> Field:
+    """Angle of the point `(b, a)` from the b-axis, rad, in (-pi, pi]."""
+    return _make("arctan2", (_lift(a), _lift(b)))
+
+
+def arctan(a: FieldLike) -> Field:
+    """Inverse tangent, rad."""
+    return arctan2(a, 1.0)
+
+
+def hypot(a: FieldLike, b: FieldLike) -> Field:
+    """`sqrt(a**2 + b**2)`."""
+    return sqrt(square(a) + square(b))
+
+
+def floor(a: FieldLike) -> Field:
+    """The largest whole number not above the argument."""
+    return _make("floor", (_lift(a),))
+
+
+def mod(a: FieldLike, b: FieldLike) -> Field:
+    """Remainder with the sign of `b`, as Python's `%`."""
+    return _make("mod", (_lift(a), _lift(b)))
+
+
+def minimum(a: FieldLike, b: FieldLike) -> Field:
+    """The smaller of two."""
+    return _make("minimum", (_lift(a), _lift(b)))
+
+
+def maximum(a: FieldLike, b: FieldLike) -> Field:
+    """The larger of two."""
+    return _make("maximum", (_lift(a), _lift(b)))
+
+
+def where(condition: FieldLike, a: FieldLike, b: FieldLike) -> Field:
+    """`a` where the condition is not zero, else `b`; both are evaluated everywhere."""
+    return _make("where", (_lift(condition), _lift(a), _lift(b)))
+
+
+def clip(a: FieldLike, lower: FieldLike | None, upper: FieldLike | None) -> Field:
+    """The argument limited to `[lower, upper]`; either may be None."""
+    result = _lift(a)
+    if lower is not None:
+        result = maximum(result, lower)
+    return result if upper is None else minimum(result, upper)
+
+
+def sign(a: FieldLike) -> Field:
+    """-1, 0 or 1."""
+    return (_lift(a) > 0.0) - (_lift(a) < 0.0)
+
+
+def tanh(a: FieldLike) -> Field:
+    """Hyperbolic tangent."""
+    return 1.0 - 2.0 / (exp(2.0 * clip(a, -30.0, 30.0)) + 1.0)
+
+
+def power(base: FieldLike, exponent: FieldLike) -> Field:
+    """`base ** exponent`: whole exponents by repeated products, 0.5 by `sqrt`, others for a positive base only."""
+    b, e = _lift(base), _lift(exponent)
+    if e.op != "constant":
+        return exp(e * log(b))
+    n = e.data
+    if n == 0.5:
+        return sqrt(b)
+    if n != math.floor(n) or abs(n) > 64:
+        return exp(e * log(b))
+    if n < 0:
+        return 1.0 / power(b, -n)
+    return _whole_power(b, int(n))
+
+
+def _whole_power(base: Field, n: int) -> Field:
+    if n == 0:
+        return constant(1.0)
+    if n == 1:
+        return base
+    half = square(_whole_power(base, n // 2))
+    return half * base if n % 2 else half
+
+
+def minimum_of(fields: Sequence[FieldLike]) -> Field:
+    """The smallest of several, as a balanced tree."""
+    return _fold(minimum, fields)
+
+
+def maximum_of(fields: Sequence[FieldLike]) -> Field:
+    """The largest of several, as a balanced tree."""
+    return _fold(maximum, fields)
+
+
+def _fold(function: Callable[[Any, Any], Field], fields: Sequence[FieldLike]) -> Field:
+    level = [_lift(f) for f in fields]
+    while len(level) > 1:
+        level = [function(*level[i : i + 2]) if i + 1 < len(level) else level[i] for i in range(0, len(level), 2)]
+    return level[0]
+
+
+_UFUNCS: dict[str, Callable[..., Any]] = {
+    "add": lambda a, b: _make("add", (_lift(a), _lift(b))),
+    "subtract": lambda a, b: _make("subtract", (_lift(a), _lift(b))),
+    "multiply": lambda a, b: _make("multiply", (_lift(a), _lift(b))),
+    "divide": lambda a, b: _make("divide", (_lift(a), _lift(b))),
+    "true_divide": lambda a, b: _make("divide", (_lift(a), _lift(b))),
+    "floor_divide": lambda a, b: floor(_lift(a) / b),
+    "negative": lambda a: -a,
+    "positive": lambda a: a,
+    "absolute": abs,
+    "fabs": abs,
+    "less": lambda a, b: _make("less", (_lift(a), _lift(b))),
+    "greater": lambda a, b: _make("less", (_lift(b), _lift(a))),
+    "less_equal": lambda a, b: _make("less_equal", (_lift(a), _lift(b))),
+    "greater_equal": lambda a, b: _make("less_equal", (_lift(b), _lift(a))),
+    "logical_and": lambda a, b: minimum(a, b),
+    "logical_or": lambda a, b: maximum(a, b),
+    "logical_not": lambda a: 1.0 - a,
+    "remainder": mod,
+    "mod": mod,
+    "power": power,
+    "float_power": power,
+    "sqrt": sqrt,
+    "square": square,
+    "reciprocal": lambda a: 1.0 / a,
+    "exp": exp,
+    "log": log,
+    "sin": sin,
+    "cos": cos,
+    "tan": tan,
+    "arctan": arctan,
+    "arctan2": arctan2,
+    "hypot": hypot,
+    "floor": floor,
+    "minimum": minimum,
+    "maximum": maximum,
+    "fmin": minimum,
+    "fmax": maximum,
+    "sign": sign,
+    "tanh": tanh,
+    "clip": clip,
+    "deg2rad": lambda a: a * (math.pi / 180.0),
+    "radians": lambda a: a * (math.pi / 180.0),
+}
+
+__all__ = [
+    "Field",
+    "FieldLike",
+    "FunctionError",
+    "Leaf",
+    "arctan",
+    "arctan2",
+    "as_field",
+    "clip",
+    "constant",
+    "coordinates",
+    "cos",
+    "exp",
+    "floor",
+    "foreign",
+    "hypot",
+    "leaf_field",
+    "log",
+    "maximum",
+    "maximum_of",
+    "minimum",
+    "minimum_of",
+    "mod",
+    "power",
+    "sign",
+    "sin",
+    "sqrt",
+    "square",
+    "tan",
+    "tanh",
+    "topological",
+    "trace",
+    "where",
+]

@@ -1,0 +1,53 @@
+"""Files in and out, one module a format.
+
+| suffix | writes | reads |
+|---|---|---|
+| `.stl` | `stl.write_stl` (binary) | `read.read_mesh` |
+| `.ply` | `ply.write_ply` (binary) | `read.read_mesh` |
+| `.obj` | `obj.write_obj` | `read.read_mesh` |
+| `.step` `.stp` | `step.write_beams_step`, `step.write_cell_pattern_step`, `step.write_faceted_step` | - |
+| `.vdb` | `vdb.write_vdb` | `vdb.read_vdb` |
+| `.vtp` `.vtk` `.vtu` `.off` `.gltf` `.glb` ... | - | `read.read_mesh` |
+
+Every writer goes through `atomic.replacing`: a file is whole or it is the old one.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frep.errors import FileError
+
+if TYPE_CHECKING:
+    from frep.mesh import Mesh
+
+MESH_SUFFIXES = (".stl", ".ply", ".obj")
+"""Suffixes that `save_mesh` writes."""
+
+
+def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
+    """Write a triangle mesh in the format that the suffix of `path` names.
+
+    Args:
+        mesh: the triangles, mm.
+        path: a file name that ends in one of `MESH_SUFFIXES`, in capitals or not.
+
+    Raises:
+        FileError: unknown suffix, missing folder, no permission, no space; the old file is intact.
+        EmptyError: the mesh has no triangle.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".stl":
+        from frep.io.stl import write_stl as write
+    elif suffix == ".ply":
+        from frep.io.ply import write_ply as write
+    elif suffix == ".obj":
+        from frep.io.obj import write_obj as write
+    else:
+        raise FileError(
+            f"path: {os.fspath(path)!r} has {f'the unknown suffix {suffix!r}' if suffix else 'no suffix'}; "
+            f"a mesh is saved as one of {', '.join(MESH_SUFFIXES)}"
+        )
+    write(path, mesh)

@@ -1,0 +1,1 @@
+"""Blocks of samples (or graphs of beams) become triangles."""

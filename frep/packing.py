@@ -1,0 +1,73 @@
+"""Data leaves packed into flat arrays, the only form in which compiled code sees them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .beam_kernels import HEAD
+from .field import Field
+
+
+@dataclass
+class Packer:
+    """Collects the arrays of several leaves; `floats`, `ints` and `grid` return where a piece begins."""
+
+    _pieces: dict[str, list[np.ndarray]] = field(default_factory=lambda: {"f": [], "i": [], "g": []})
+    _sizes: dict[str, int] = field(default_factory=lambda: {"f": 0, "i": 0, "g": 0})
+
+    def _add(self, kind: str, array, dtype) -> int:
+        piece = np.ascontiguousarray(array, dtype=dtype).reshape(-1)
+        start = self._sizes[kind]
+        self._pieces[kind].append(piece)
+        self._sizes[kind] += len(piece)
+        return start
+
+    def floats(self, array) -> int:
+        return self._add("f", array, np.float64)
+
+    def ints(self, array) -> int:
+        return self._add("i", array, np.int32)
+
+    def grid(self, array) -> int:
+        return self._add("g", array, np.float32)
+
+    def joined(self, kind: str, dtype) -> np.ndarray:
+        pieces = self._pieces[kind]
+        if len(pieces) == 1:
+            return pieces[0]
+        return np.concatenate(pieces) if pieces else np.zeros(1, dtype)
+
+
+@dataclass(frozen=True, eq=False)
+class PackedLeaves:
+    """`heads` (n, HEAD) int64 describe each leaf; the arrays hold all their numbers; `cutoffs` (n,) is the value above
+    which each leaf need not be exact."""
+
+    heads: np.ndarray
+    fdata: np.ndarray
+    idata: np.ndarray
+    gdata: np.ndarray
+    cutoffs: np.ndarray
+
+
+def pack_leaves(leaves: tuple[Field, ...], cutoffs: dict[Field, float] | None = None) -> PackedLeaves:
+    """Pack the data of leaf nodes. Each leaf's data object has `pack(packer) -> list[int]`, its head."""
+    packer = Packer()
+    heads = np.zeros((max(len(leaves), 1), HEAD), dtype=np.int64)
+    starts: dict[int, list[int]] = {}
+    for i, node in enumerate(leaves):
+        if id(node.data) not in starts:
+            starts[id(node.data)] = node.data.pack(packer)
+        head = starts[id(node.data)]
+        heads[i, : len(head)] = head
+    limits = [math.inf if cutoffs is None else cutoffs.get(node, math.inf) for node in leaves]
+    return PackedLeaves(
+        heads,
+        packer.joined("f", np.float64),
+        packer.joined("i", np.int32),
+        packer.joined("g", np.float32),
+        np.array(limits, dtype=np.float64),
+    )

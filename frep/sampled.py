@@ -1,0 +1,118 @@
+"""Sampled grids as Fields: what a mesh, an image or a periodic distance table becomes.
+
+A `SampledGrid` interpolates trilinearly between nodes. Coarse nodes cover its box; where data asks for more, a coarse cell is
+refined eightfold by a block of 9 x 9 x 9 nodes. A min/max pyramid over the cells bounds it over boxes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from .errors import ArgumentError
+from .field import Field, constant, leaf_field
+from .packing import Packer
+
+
+@dataclass(frozen=True, eq=False)
+class SampledGrid:
+    """Numbers on a grid, interpolated trilinearly.
+
+    Attributes:
+        origin: (3,) position of node (0, 0, 0), mm.
+        spacing: (3,) distance of the coarse nodes along each axis, mm.
+        nodes: (nx + 1, ny + 1, nz + 1) float32 coarse node values.
+        table: (nx, ny, nz) int32, the number of the fine block that refines a cell, or -1; None when nothing is refined.
+        blocks: (m, 9, 9, 9) float32 fine node values; its outer nodes lie on the faces of the coarse cell.
+        periodic: the grid repeats; the last nodes along each axis equal the first.
+        label: shown by `repr`.
+
+    Outside the box of a grid that does not repeat, the value at the nearest point is continued with slope one.
+    """
+
+    origin: np.ndarray
+    spacing: np.ndarray
+    nodes: np.ndarray
+    table: np.ndarray | None = None
+    blocks: np.ndarray = field(default_factory=lambda: np.zeros((0, 9, 9, 9), np.float32))
+    periodic: bool = False
+    label: str = "grid"
+
+    def __post_init__(self) -> None:
+        if self.nodes.ndim != 3 or min(self.nodes.shape) < 2:
+            raise ArgumentError(f"nodes: expected at least 2 nodes along each of three axes, got shape {self.nodes.shape}")
+        if not np.all(np.isfinite(self.nodes)) or not np.all(np.isfinite(self.blocks)):
+            raise ArgumentError("nodes: a sampled grid must hold finite numbers only")
+        if self.table is not None and self.table.shape != self.cells:
+            raise ArgumentError(f"table: expected shape {self.cells}, one entry a cell, got {self.table.shape}")
+
+    @property
+    def cells(self) -> tuple[int, int, int]:
+        """Coarse cells along each axis."""
+        nx, ny, nz = self.nodes.shape
+        return (nx - 1, ny - 1, nz - 1)
+
+    @property
+    def name(self) -> str:
+        return self.label
+
+    @cached_property
+    def content_key(self) -> bytes:
+        h = hashlib.blake2b(b"grid", digest_size=16)
+        for part in (self.origin, self.spacing, self.nodes, self.table, self.blocks):
+            if part is not None:
+                h.update(np.ascontiguousarray(part).tobytes())
+        h.update(bytes((self.periodic,)))
+        return h.digest()
+
+    def field(self) -> Field:
+        """The interpolated values as a Field."""
+        zero = constant(0.0)
+        return leaf_field("grid", self, zero, zero, zero, zero)
+
+    def pack(self, packer: Packer) -> list[int]:
+        floats = packer.floats(np.concatenate([self.origin, self.spacing]))
+        levels = self._pyramid
+        # One piece, so that a single grid is handed to the kernels without a copy.
+        pieces = [self.nodes.reshape(-1), self.blocks.reshape(-1), *(level.reshape(-1) for level in levels)]
+        nodes = packer.grid(np.concatenate(pieces))
+        fine = nodes + self.nodes.size
+        table = -1 if self.table is None else packer.ints(self.table)
+        return [*self.cells, nodes, table, fine, int(self.periodic), fine + self.blocks.size, len(levels), floats]
+
+    @cached_property
+    def _pyramid(self) -> list[np.ndarray]:
+        """(nx, ny, nz, 2) lowest and highest value of each cell, then of 2 x 2 x 2 cells, and so on."""
+        low, high = _cell_extremes(self.nodes)
+        if self.table is not None and len(self.blocks):
+            refined = self.table >= 0
+            flat = self.blocks.reshape(len(self.blocks), -1)
+            low[refined] = flat.min(axis=1)[self.table[refined]]
+            high[refined] = flat.max(axis=1)[self.table[refined]]
+        levels = [np.stack([low, high], axis=-1)]
+        # A periodic grid is only halved while the cells pair up across the period.
+        while max(low.shape) > 2 and not (self.periodic and any(n % 2 for n in low.shape)):
+            low, high = _halved(low, np.minimum), _halved(high, np.maximum)
+            levels.append(np.stack([low, high], axis=-1))
+        return levels
+
+
+def _cell_extremes(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    low, high = nodes, nodes
+    for axis in range(3):
+        a = [slice(None)] * 3
+        b = [slice(None)] * 3
+        a[axis], b[axis] = slice(None, -1), slice(1, None)
+        low = np.minimum(low[tuple(a)], low[tuple(b)])
+        high = np.maximum(high[tuple(a)], high[tuple(b)])
+    return low.copy(), high.copy()
+
+
+def _halved(values: np.ndarray, pick: np.ufunc) -> np.ndarray:
+    for axis in range(3):
+        n = values.shape[axis]
+        values = pick.reduceat(values, np.arange(0, n, 2), axis=axis)
+    return values

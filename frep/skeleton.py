@@ -1,0 +1,234 @@
+"""Skeletons: beams of zero thickness, periodic or explicit, and what gives them thickness.
+
+A skeleton answers one question, the ball-interference query (BIQ): *which beams meet the ball (c, r)?* The sampler asks it to
+bound a box and to make the short list of beams that a leaf block evaluates. `PeriodicSkeleton` folds the ball into its
+cell; `GraphSkeleton` looks it up in a uniform grid of segment lists. Both evaluate through `frep/beam_kernels.py`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from .beam_kernels import CAPACITY, CONE, GRAPH, OVERFLOW, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
+from .errors import ArgumentError
+from .field import Field, constant, leaf_field
+from .packing import Packer
+
+Section = Literal["circle", "cone", "square"]
+_SECTIONS = {"circle": ROUND, "cone": CONE, "square": SQUARE}
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """Nodes joined by straight beams. Base of the two sources.
+
+    Attributes:
+        nodes: (n, 3) float64 positions in mm.
+        edges: (m, 2) int64 node numbers.
+    """
+
+    nodes: np.ndarray
+    edges: np.ndarray
+
+    def segments(self) -> np.ndarray:
+        """(m, 2, 3) end points of the beams (of one period, for a periodic skeleton)."""
+        return self.nodes[self.edges]
+
+    def beams_meeting(self, center, radius: float) -> np.ndarray:
+        """The beams whose axis comes within `radius` mm of `center`: (n, 4) int64 rows (edge, i, j, k).
+
+        `i, j, k` number the period; they are zero for an explicit graph.
+
+        Raises:
+            ArgumentError: radius negative or not finite, center not three finite numbers.
+        """
+        c = np.asarray(center, float)
+        if c.shape != (3,) or not np.all(np.isfinite(c)):
+            raise ArgumentError(f"center: expected three finite numbers, got {center!r}")
+        if not (math.isfinite(radius) and radius >= 0):
+            raise ArgumentError(f"radius: expected a finite number >= 0, got {radius!r}")
+        packer = Packer()
+        head = np.zeros(16, np.int64)
+        packed = BeamLeaf(self, "circle", blended=False).pack(packer)
+        head[: len(packed)] = packed
+        fdata, idata = packer.joined("f", np.float64), packer.joined("i", np.int32)
+        capacity = CAPACITY
+        while True:
+            rows = np.empty((capacity, ROW))
+            n = gather(head, fdata, idata, *c, float(radius), rows)
+            if n != OVERFLOW:
+                return rows[:n, R_ID : R_CELL + 3].astype(np.int64)
+            capacity *= 4
+
+    def _source(self, packer: Packer, rows: np.ndarray) -> list[int]:
+        raise NotImplementedError
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """(2, 3) box of the axes; infinite for a periodic skeleton."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicSkeleton(Skeleton):
+    """A cell of beams that repeats through all space.
+
+    `size` (3,) is the period in mm. Edges that coincide after a shift by whole periods are given once.
+    """
+
+    size: np.ndarray
+
+    @property
+    def bounds(self) -> np.ndarray:
+        return np.array([[-np.inf] * 3, [np.inf] * 3])
+
+    @cached_property
+    def content_key(self) -> bytes:
+        return _key(b"periodic", self.nodes, self.edges, self.size)
+
+    def _source(self, packer: Packer, rows: np.ndarray) -> list[int]:
+        largest = rows[:, 6:8].max(initial=0.0)
+        data = packer.floats([*self.size, largest])
+        return [data, 0, 0, 0, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class GraphSkeleton(Skeleton):
+    """An explicit, finite graph of beams."""
+
+    @property
+    def bounds(self) -> np.ndarray:
+        return np.array([self.nodes.min(axis=0), self.nodes.max(axis=0)])
+
+    @cached_property
+    def content_key(self) -> bytes:
+        return _key(b"graph", self.nodes, self.edges)
+
+    def _source(self, packer: Packer, rows: np.ndarray) -> list[int]:
+        lo = np.minimum(rows[:, 0:3], rows[:, 3:6])
+        hi = np.maximum(rows[:, 0:3], rows[:, 3:6])
+        origin, extent = lo.min(axis=0), hi.max(axis=0) - lo.min(axis=0)
+        # About two segments a cell, and no cell much finer than a segment is long.
+        volume = float(np.prod(np.maximum(extent, 1e-3 * max(extent.max(), 1e-9))))
+        spacing = max((2.0 * volume / len(rows)) ** (1 / 3), 0.5 * float(np.mean((hi - lo).max(axis=1))), 1e-9)
+        shape = np.maximum(np.ceil(extent / spacing).astype(np.int64), 1)
+        starts, entries = _segment_lists(lo, hi, origin, spacing, shape)
+        data = packer.floats([*origin, spacing, rows[:, 6:8].max(initial=0.0)])
+        index = packer.ints(np.concatenate([starts, entries]))
+        return [data, index, *(int(n) for n in shape)]
+
+
+def _key(kind: bytes, *arrays: np.ndarray) -> bytes:
+    h = hashlib.blake2b(kind, digest_size=16)
+    for a in arrays:
+        h.update(str(a.shape).encode())
+        h.update(np.ascontiguousarray(a).tobytes())
+    return h.digest()
+
+
+def _segment_lists(lo, hi, origin, spacing, shape) -> tuple[np.ndarray, np.ndarray]:
+    """For each cell of a uniform grid the segments whose bounding box touches it, as starts and entries."""
+    first = np.clip(np.floor((lo - origin) / spacing).astype(np.int64), 0, shape - 1)
+    last = np.clip(np.floor((hi - origin) / spacing).astype(np.int64), 0, shape - 1)
+    span = last - first + 1
+    count = span.prod(axis=1)
+    seg = np.repeat(np.arange(len(lo)), count)
+    # The running number of each entry within its segment, taken apart into (i, j, k).
+    local = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    k = local % span[seg, 2]
+    j = local // span[seg, 2] % span[seg, 1]
+    i = local // (span[seg, 2] * span[seg, 1])
+    cell = ((first[seg, 0] + i) * shape[1] + first[seg, 1] + j) * shape[2] + first[seg, 2] + k
+    order = np.argsort(cell, kind="stable")
+    starts = np.searchsorted(cell[order], np.arange(int(shape.prod()) + 1))
+    return starts.astype(np.int32), seg[order].astype(np.int32)
+
+
+@dataclass(frozen=True, eq=False)
+class BeamLeaf:
+    """The data of a Field that measures the distance to a skeleton with sections. Made by `beam_field`."""
+
+    skeleton: Skeleton
+    section: Section
+    blended: bool
+    node_radii: np.ndarray | None = None
+    with_nodes: bool = False
+
+    @property
+    def name(self) -> str:
+        return "beams"
+
+    @cached_property
+    def content_key(self) -> bytes:
+        h = hashlib.blake2b(self.skeleton.content_key, digest_size=16)
+        h.update(f"{self.section} {self.blended} {self.with_nodes}".encode())
+        if self.node_radii is not None:
+            h.update(np.ascontiguousarray(self.node_radii).tobytes())
+        return h.digest()
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        """(m, SEGMENT) beams, then node balls as segments of no length."""
+        sk = self.skeleton
+        beams = np.zeros((len(sk.edges), SEGMENT))
+        beams[:, 0:6] = sk.segments().reshape(-1, 6)
+        if self.node_radii is not None:
+            beams[:, 6:8] = self.node_radii[sk.edges]
+        if not self.with_nodes:
+            return beams
+        nodes = np.zeros((len(sk.nodes), SEGMENT))
+        nodes[:, 0:3] = nodes[:, 3:6] = sk.nodes
+        nodes[:, 8] = 1.0
+        return np.concatenate([beams, _distinct_nodes(nodes, sk)])
+
+    def pack(self, packer: Packer) -> list[int]:
+        rows = self._rows
+        source = PERIODIC if isinstance(self.skeleton, PeriodicSkeleton) else GRAPH
+        segments = packer.floats(rows)
+        data = self.skeleton._source(packer, rows)
+        return [source, _SECTIONS[self.section], int(self.blended), segments, len(rows), *data]
+
+
+def _distinct_nodes(rows: np.ndarray, skeleton: Skeleton) -> np.ndarray:
+    """Node balls of a periodic cell, each once: corners shared by cells are one node of the period."""
+    if not isinstance(skeleton, PeriodicSkeleton):
+        return rows
+    folded = np.round(np.mod(rows[:, 0:3] / skeleton.size, 1.0), 9) % 1.0
+    _, first = np.unique(folded, axis=0, return_index=True)
+    return rows[np.sort(first)]
+
+
+def beam_field(
+    skeleton: Skeleton,
+    *,
+    section: Section = "circle",
+    width: Field | None = None,
+    fillet: Field | None = None,
+    node_radius: Field | None = None,
+    node_radii: np.ndarray | None = None,
+    blend: Field | None = None,
+) -> Field:
+    """Signed distance (mm) to the beams of a skeleton, and to its node balls.
+
+    Args:
+        skeleton: the topology.
+        section: "circle", "cone" or "square".
+        width: radius of a circle, side of a square; unused for cones.
+        fillet: fillet radius of a square's corners.
+        node_radius: radius of a ball at each node; None for no balls.
+        node_radii: (n,) radius at each node, for cones.
+        blend: radius of the fillet between beams; None for a hard union.
+
+    The value is an exact distance outside where the widths are constant and nothing blends; with a varying width its slope is
+    at most one plus that of the width (lf-rep section 2).
+    """
+    zero = constant(0.0)
+    args = (width or zero, fillet or zero, node_radius or zero, blend or zero)
+    leaf = BeamLeaf(skeleton, section, blend is not None, node_radii, with_nodes=node_radius is not None)
+    return leaf_field("beams", leaf, *args)

@@ -1,0 +1,73 @@
+"""What the gallery shows, and in what form each entry is compared with its baseline."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+FOLDER = Path(__file__).resolve().parent
+BASELINES = FOLDER / "baselines"
+PICTURES = FOLDER / "pictures"
+_DATA = FOLDER.parent.parent / "shared" / "data"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A picture of the gallery.
+
+    Attributes:
+        name: of the picture and of the baseline.
+        script: the design file in this folder, without its suffix.
+        shown: parameters for the picture, beyond the script's defaults.
+        compared: parameters for the comparison; smaller or coarser, so that a check takes seconds.
+        needs: a file that is not part of the repository.
+    """
+
+    name: str
+    script: str
+    shown: Mapping[str, str] = field(default_factory=dict)
+    compared: Mapping[str, str] = field(default_factory=dict)
+    needs: Path | None = None
+
+    @property
+    def path(self) -> Path:
+        """The design file."""
+        return FOLDER / f"{self.script}.py"
+
+    @property
+    def missing(self) -> str | None:
+        """Why this entry cannot be made here, if so."""
+        if self.needs is not None and not self.needs.exists():
+            return f"{self.needs.name} is not here (looked for it in {self.needs.parent})"
+        return None
+
+
+_BUNNY = _DATA / "bunny.ply"
+
+ENTRIES = (
+    Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
+    Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60", "voxel": "0.5"}),
+    Entry("infill", "infill", compared={"size": "100", "cell": "8", "voxel": "0.4"}),
+    Entry(
+        "infill_bunny",
+        "infill",
+        shown={"body": str(_BUNNY), "size": "120"},
+        compared={"body": str(_BUNNY), "size": "60", "cell": "8", "voxel": "0.4"},
+        needs=_BUNNY,
+    ),
+)
+
+
+def entry(name: str) -> Entry:
+    """The entry of that name.
+
+    Raises:
+        ArgumentError: there is none.
+    """
+    from frep.errors import ArgumentError
+
+    for candidate in ENTRIES:
+        if candidate.name == name:
+            return candidate
+    raise ArgumentError(f"only: no entry {name!r}; there are {', '.join(e.name for e in ENTRIES)}")
