@@ -13,17 +13,19 @@ PYTHON := $(shell for p in $(PYTHONS); do \
 # What a headless Debian lacks: OpenVDB's binding, and the GL libraries that VTK loads at import and at render time.
 APT_PACKAGES := python3-openvdb libegl1 libosmesa6 libgl1 libxrender1 libgl1-mesa-dri
 
-# $(call apt,packages): install what is missing where root or a passwordless sudo may; elsewhere say so and go on.
+# $(call apt,packages,then): install what is missing where root or a passwordless sudo may; elsewhere say so and go on.
+# `then` is run once nothing is missing.
 define apt
 	@command -v apt-get >/dev/null || exit 0; \
 	missing=$$(for p in $(1); do dpkg -s $$p >/dev/null 2>&1 || echo $$p; done); \
-	[ -n "$$missing" ] || exit 0; \
+	[ -n "$$missing" ] || { $(2); exit 0; }; \
 	if [ "$$(id -u)" = 0 ]; then sudo=; elif sudo -n true 2>/dev/null; then sudo="sudo -n"; \
 	else echo "note: not root, so please install:" $$missing >&2; exit 0; fi; \
 	echo "installing" $$missing; \
-	$$sudo apt-get update -qq && $$sudo env DEBIAN_FRONTEND=noninteractive \
-		apt-get install -y -qq --no-install-recommends $$missing >/dev/null \
-		|| echo "note: apt-get could not install" $$missing >&2
+	$$sudo apt-get update -qq; \
+	for p in $$missing; do $$sudo env DEBIAN_FRONTEND=noninteractive \
+		apt-get install -y -qq --no-install-recommends $$p >/dev/null \
+		|| echo "note: apt-get could not install" $$p >&2; done
 endef
 
 .PHONY: setup test lint format demo bench gallery baselines lock clean apt-venv
@@ -37,7 +39,7 @@ setup: $(STAMP) $(SYSTEM_STAMP)
 	$(PYTHON) -m venv .venv
 
 apt-venv:
-	$(call apt,python3-venv $(notdir $(realpath $(PYTHON)))-venv)
+	$(call apt,python3-venv $(notdir $(realpath $(PYTHON)))-venv,true)
 
 # -e . needs no second resolve: everything it wants is in the lock.
 $(STAMP): .venv/bin/pip requirements.lock pyproject.toml
@@ -47,8 +49,7 @@ $(STAMP): .venv/bin/pip requirements.lock pyproject.toml
 
 # Never fails: without these the VDB export and the pictures say what is missing.
 $(SYSTEM_STAMP): | .venv/bin/pip
-	$(call apt,$(APT_PACKAGES))
-	@touch $@
+	$(call apt,$(APT_PACKAGES),touch $@)
 
 test: setup
 	$(PY) -m pytest

@@ -74,6 +74,7 @@ def mesh(
     /,
     *,
     voxel: float | None = None,
+    tolerance: float | None = None,
     output: Outputs = None,
     polish: Annotated[bool, Parameter(negative="")] = False,
     param: Param = None,
@@ -86,6 +87,8 @@ def mesh(
         A Python script that defines `part`, a Solid.
     voxel
         Distance of the samples in mm; the script's own `voxel` if not given.
+    tolerance
+        Instead of a voxel: the largest distance in mm that facets may keep from the surface.
     output
         The file to write: .stl .ply .obj for the mesh, .step .stp .vdb for the part itself. May be given several times.
         If not given: the design's name with .stl, in this folder.
@@ -109,7 +112,7 @@ def mesh(
 
     with Stages() as stages:
         loaded = _run(design, param)
-        made = make(loaded, stages, voxel=voxel, polish=polish)
+        made = make(loaded, voxel=voxel, tolerance=tolerance, polish=polish)
         for path in paths:
             with progress(f"writing {path.suffix.lower()}"):
                 if path.suffix.lower() in MESH_SUFFIXES:
@@ -189,11 +192,9 @@ def render(
     title = None
     if part.suffix.lower() == ".py":
         from frep.job import make
-        from frep.progress import Stages
 
-        with Stages() as stages:
-            design = _run(part, param)
-            drawn, title = make(design, stages, voxel=voxel).mesh, design.title
+        design = _run(part, param)
+        drawn, title = make(design, voxel=voxel).mesh, design.title
     elif voxel is not None or param:
         raise ArgumentError(f"part: {str(part)!r} is a mesh file; --voxel and --param are for a design (.py)")
     else:
@@ -237,7 +238,8 @@ def _explain(error: FrepError) -> None:
         told.stack = traceback.StackSummary.from_list(frames)
         told.__cause__ = told.__context__ = None
         print("".join(told.format()), end="", file=sys.stderr)
-    print(f"frep: error: {error}", file=sys.stderr)
+    where = "".join(f" ({note})" for note in getattr(error, "__notes__", []))
+    print(f"frep: error: {error}{where}", file=sys.stderr)
 
 
 def _warn(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: Any) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import os
 import sys
+import traceback
 import types
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -86,7 +87,10 @@ def load_design(path: str | os.PathLike[str], replaced: Mapping[str, str] | None
     sys.path.insert(0, os.fspath(path.resolve().parent))
     try:
         exec(compile(tree, os.fspath(path), "exec"), module.__dict__)
-    except FrepError:
+    except FrepError as error:
+        lines = [line for frame, line in traceback.walk_tb(error.__traceback__) if _in_script(frame, path)]
+        if lines:
+            error.add_note(f"{path}, line {lines[-1]}")
         raise
     except Exception as error:
         raise FunctionError(f"{path}: the script raised {type(error).__name__}: {error}") from error
@@ -101,6 +105,10 @@ def load_design(path: str | os.PathLike[str], replaced: Mapping[str, str] | None
     if not isinstance(names["part"], Solid):
         raise ArgumentTypeError(f"design: `part` in {path} must be a Solid, got {type(names['part']).__name__}")
     return Design(path, names["part"], names)
+
+
+def _in_script(frame: types.FrameType, path: Path) -> bool:
+    return frame.f_code.co_filename == os.fspath(path)
 
 
 def _parsed(path: Path) -> ast.Module:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from frep.errors import ArgumentError
-from frep.progress import Stages
+from frep.errors import ArgumentTypeError, EmptyError
+from frep.progress import progress
 
 if TYPE_CHECKING:
     from frep.design import Design
+    from frep.grid import SparseGrid
     from frep.mesh import Mesh
+    from frep.solid import Solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,11 +21,10 @@ class Made:
 
     Attributes:
         mesh: the part's surface.
-        voxel: the voxel it was sampled at, mm.
+        voxel: distance of the samples, mm.
         cells: unit cells in the part, where the design tells.
         evaluated: samples at which the field was evaluated.
         in_box: samples that a dense grid over the same box would have.
-        stages: where the seconds went.
     """
 
     mesh: Mesh
@@ -32,7 +32,6 @@ class Made:
     cells: int | None
     evaluated: int
     in_box: int
-    stages: Stages
 
     def facts(self) -> dict[str, str]:
         """The lines of the closing table."""
@@ -40,31 +39,61 @@ class Made:
         if self.cells is not None:
             facts["cells"] = f"{self.cells:,}"
         facts["voxels evaluated"] = f"{self.evaluated:,}"
-        facts["of voxels in the box"] = f"{self.in_box:,} ({100 * self.evaluated / max(self.in_box, 1):.1f} %)"
+        facts["voxels in the box"] = f"{self.in_box:,}"
+        facts["evaluated, %"] = f"{100 * self.evaluated / self.in_box:.1f}"
         facts["triangles"] = f"{self.mesh.n_faces:,}"
         facts["volume, mm3"] = f"{self.mesh.volume:,.1f}"
         facts["area, mm2"] = f"{self.mesh.area:,.1f}"
         return facts
 
 
-def size_text(bounds: Mapping[int, object]) -> str:
-    raise NotImplementedError
-
-
-def make(design: Design, stages: Stages, *, voxel: float | None = None, polish: bool = False) -> Made:
+def make(design: Design, *, voxel: float | None = None, tolerance: float | None = None, polish: bool = False) -> Made:
     """Sample and mesh a design's part.
 
     Args:
         design: a design file that has been run.
-        stages: the job's stages, entered.
-        voxel: mm; the script's own `voxel` where None.
+        voxel: distance of the samples, mm. Where neither it nor `tolerance` is given: the script's own `voxel`, and
+            without that what `Solid.mesh` takes.
+        tolerance: instead, the largest distance that facets may keep from the surface, mm.
         polish: move the vertices onto the surface by Newton steps.
 
     Raises:
-        ArgumentError: neither the caller nor the script gives a voxel.
-        FrepError: whatever sampling and meshing refuse.
+        ArgumentTypeError: the script's `voxel` or `cells` is not a number.
+        FrepError: whatever `Solid.mesh` refuses.
     """
-    if voxel is None:
-        voxel = design.names.get("voxel")
-        if not isinstance(voxel, int | float) or isinstance(voxel, bool):
-            raise ArgumentError(f"voxel: {design.path} sets no `voxel`, so give one, for example --voxel 0.5")
+    from frep.sampling import MESH_BYTES
+    from frep.sizing import sample_solid
+
+    if voxel is None and tolerance is None:
+        voxel = _number(design, "voxel")
+    cells = _number(design, "cells")
+    # The steps of Solid.mesh, one by one: the samples are counted, and not made twice for it.
+    grid = sample_solid(design.part, voxel, tolerance, extra_bytes=MESH_BYTES)
+    mesh = _meshed(design.part, grid, polish)
+    return Made(
+        mesh=mesh,
+        voxel=grid.voxel,
+        cells=None if cells is None else round(cells),
+        evaluated=grid.n_voxels_evaluated,
+        in_box=grid.n_voxels_in_box,
+    )
+
+
+def _meshed(part: Solid, grid: SparseGrid, polish: bool) -> Mesh:
+    from frep.mesh import Mesh
+    from frep.meshing.marching import marching_cubes
+    from frep.polish import polished
+
+    with progress("meshing"):
+        surface = marching_cubes(grid)
+    if not len(surface.faces):
+        raise EmptyError("the part is empty: its surface meets no voxel edge")
+    vertices = polished(part, surface.vertices, surface.faces, grid.voxel) if polish else surface.vertices
+    return Mesh(vertices, surface.faces)
+
+
+def _number(design: Design, name: str) -> float | None:
+    value = design.names.get(name)
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+        raise ArgumentTypeError(f"{name}: {design.path} sets it to {value!r}; expected a number")
+    return value

@@ -228,7 +228,6 @@ def beam_field(
     The value is an exact distance outside where the widths are constant and nothing blends; with a varying width its slope is
     at most one plus that of the width (lf-rep section 2).
     """
-    zero = constant(0.0)
-    args = (width or zero, fillet or zero, node_radius or zero, blend or zero)
+    args = [constant(0.0) if a is None else a for a in (width, fillet, node_radius, blend)]
     leaf = BeamLeaf(skeleton, section, blend is not None, node_radii, with_nodes=node_radius is not None)
     return leaf_field("beams", leaf, *args)

@@ -1,8 +1,8 @@
 """Pictures of meshes, drawn off screen: no display, no window, no graphics card needed.
 
-Promises: the same mesh gives the same picture on the same machine, and nearly the same on another (drivers differ by a
-grey level here and there); memory is bounded by what the eye can see, not by the mesh. Does not promise: faces that
-lie within two pixels behind others may be drawn or not.
+Promises: the same mesh gives the same picture, to a few grey levels in a few pixels (graphics drivers, and the ambient
+occlusion of a software one, are not exact); memory is bounded by what the eye can see, not by the mesh. Does not promise
+to draw faces of a large mesh that lie just behind others.
 """
 
 from __future__ import annotations

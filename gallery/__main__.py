@@ -77,7 +77,7 @@ def show(item: Entry, out: Path | None) -> None:
     with Stages() as stages:
         with progress("design"):
             design = load_design(item.path, item.shown)
-        made = make(design, stages)
+        made = make(design)
         if out is not None:
             with progress("writing"):
                 made.mesh.save(folder / f"{item.name}.stl")
@@ -90,11 +90,9 @@ def make_compared(item: Entry, folder: Path) -> None:
     """Make an entry as it is compared: `name.png` and `name.json` in `folder`."""
     from frep.design import load_design
     from frep.job import make
-    from frep.progress import Stages
     from frep.view import render
 
-    with Stages() as stages:
-        made = make(load_design(item.path, item.compared), stages)
+    made = make(load_design(item.path, item.compared))
     render(made.mesh, folder / f"{item.name}.png", size=COMPARED_SIZE)
     # A file's folder is this machine's affair, not the baseline's.
     settings: dict[str, Any] = {name: value.rpartition("/")[2] for name, value in item.compared.items()}

@@ -18,9 +18,8 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.fixture
-def screen(monkeypatch):
-    """stderr as a terminal that keeps what is drawn on it."""
+def look(monkeypatch) -> Terminal:
+    """stderr as a terminal that keeps what is drawn on it. No fixture: pytest's capture sets stderr anew for the test."""
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.delenv("FREP_PROGRESS", raising=False)
@@ -34,14 +33,16 @@ def wait_for(condition) -> None:
         time.sleep(0.01)
 
 
-def test_short_work_shows_nothing(screen):
+def test_short_work_shows_nothing(monkeypatch):
+    screen = look(monkeypatch)
     with progress("meshing", total=10) as advance:
         for _ in range(10):
             advance(1)
     assert screen.getvalue() == ""
 
 
-def test_long_work_shows_its_name_and_how_far_it_is(screen, monkeypatch):
+def test_long_work_shows_its_name_and_how_far_it_is(monkeypatch):
+    screen = look(monkeypatch)
     monkeypatch.setattr(frep.progress, "DELAY", 0.01)
     with progress("meshing", total=8) as advance:
         advance(2)
@@ -52,7 +53,8 @@ def test_long_work_shows_its_name_and_how_far_it_is(screen, monkeypatch):
     assert frep.progress._display.screen is None
 
 
-def test_bars_share_the_screen_and_leave_it(screen, monkeypatch):
+def test_bars_share_the_screen_and_leave_it(monkeypatch):
+    screen = look(monkeypatch)
     monkeypatch.setattr(frep.progress, "DELAY", 0.01)
     with progress("outer"), progress("inner", total=2) as advance:
         threads = [threading.Thread(target=advance, args=(1,)) for _ in range(2)]
@@ -68,7 +70,8 @@ def test_bars_share_the_screen_and_leave_it(screen, monkeypatch):
     assert screen.getvalue() == after
 
 
-def test_a_failure_takes_the_bar_away(screen, monkeypatch):
+def test_a_failure_takes_the_bar_away(monkeypatch):
+    screen = look(monkeypatch)
     monkeypatch.setattr(frep.progress, "DELAY", 0.01)
     with pytest.raises(KeyboardInterrupt), progress("meshing"):
         wait_for(lambda: "meshing" in screen.getvalue())

@@ -48,9 +48,14 @@ def picture(mesh: Mesh, path, **options) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB"), dtype=np.int16)
 
 
+def differ(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean difference in grey levels."""
+    return float(np.abs(a - b).mean())
+
+
 def test_same_mesh_same_picture(tmp_path):
     mesh = refined(20)
-    assert np.array_equal(picture(mesh, tmp_path / "a.png"), picture(mesh, tmp_path / "b.png"))
+    assert differ(picture(mesh, tmp_path / "a.png"), picture(mesh, tmp_path / "b.png")) < 0.2
 
 
 def test_moving_or_scaling_the_part_changes_nothing(tmp_path):
@@ -58,7 +63,7 @@ def test_moving_or_scaling_the_part_changes_nothing(tmp_path):
     mesh = refined(20)
     first = picture(mesh, tmp_path / "a.png")
     moved = picture(Mesh(4 * mesh.vertices + [1e6, -1e6, 3e5], mesh.faces), tmp_path / "b.png")
-    assert np.abs(first - moved).mean() < 0.5
+    assert differ(first, moved) < 0.5
 
 
 @pytest.mark.parametrize(
@@ -92,7 +97,7 @@ def test_leaving_out_hidden_faces_leaves_the_picture(tmp_path, monkeypatch):
     visible = frep.view._visible
     monkeypatch.setattr(frep.view, "_visible", lambda *a: kept.setdefault("faces", visible(*a)))
     culled = picture(mesh, tmp_path / "culled.png")
-    assert np.abs(whole - culled).mean() < 0.2
+    assert differ(whole, culled) < 0.3
     # The inner sphere and the far half of the outer one are 3/4 of all faces.
     assert len(kept["faces"]) < 0.4 * mesh.n_faces
 
@@ -101,7 +106,7 @@ def test_few_large_faces_hide_nothing_wrongly(tmp_path, monkeypatch):
     part = joined(box((0, 0, 0), (10, 10, 1)), box((2, 2, 5), (3, 3, 6)), box((0, 0, -8), (10, 10, -7)))
     whole = picture(part, tmp_path / "whole.png")
     monkeypatch.setattr(frep.view, "_HIDDEN_ABOVE", 0)
-    assert np.array_equal(whole, picture(part, tmp_path / "culled.png"))
+    assert differ(whole, picture(part, tmp_path / "culled.png")) < 0.2
 
 
 def test_size_and_title(tmp_path):
@@ -109,9 +114,10 @@ def test_size_and_title(tmp_path):
     plain = picture(mesh, tmp_path / "a.png")
     titled = picture(mesh, tmp_path / "b.png", title="cube")
     assert plain.shape == titled.shape == (SMALL[1], SMALL[0], 3)
-    changed = np.nonzero((plain != titled).any(axis=2))
-    assert len(changed[0]) > 20
-    assert changed[0].max() < SMALL[1] / 4
+    rows, columns = np.nonzero((np.abs(plain - titled) > 60).any(axis=2))
+    assert len(rows) > 20
+    assert rows.max() < SMALL[1] / 4
+    assert columns.max() < SMALL[0] / 2
 
 
 @pytest.mark.parametrize(

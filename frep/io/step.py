@@ -1,0 +1,416 @@
+"""STEP files for CAD: small beam lattices as exact solids, any closed mesh as a faceted one.
+
+Promises: one valid solid where the lattice hangs together (else a compound), made of cylinders, cones, spheres and planes,
+whose volume has been checked against the beams it was made from. It is for parts of tens to hundreds of beams; a CAD
+program would choke on more.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from frep.errors import ArgumentError, FileError, FrepError, TooLargeError
+from frep.io import _brep
+from frep.io.atomic import check_target, replacing
+
+if TYPE_CHECKING:
+    from frep.mesh import Mesh
+
+MAX_BEAMS = 400
+"""Beams that `write_beams_step` takes."""
+
+MAX_CELLS = 512
+"""Cells that `write_cell_pattern_step` takes."""
+
+MAX_FACES = 20_000
+"""Triangles that `write_faceted_step` takes unless told otherwise."""
+
+Array = npt.NDArray[np.float64]
+
+
+def write_beams_step(
+    path: str | os.PathLike[str],
+    nodes: npt.ArrayLike,
+    edges: npt.ArrayLike,
+    radii: npt.ArrayLike,
+    node_radii: npt.ArrayLike | None = None,
+    clip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+) -> None:
+    """Write beams as one exact solid: a cylinder or cone a beam, a ball a node.
+
+    A node's ball is as large as the thickest beam that ends there, or as `node_radii` where that is larger, so that joints
+    are closed and free ends round.
+
+    Args:
+        path: file name.
+        nodes: (n, 3) mm.
+        edges: (m, 2) node numbers, at most `MAX_BEAMS`.
+        radii: (m, 2) radius at either end of each beam, mm.
+        node_radii: (n,) radius of a ball at each node, mm, 0 for none of its own.
+        clip: (lower corner, upper corner) of a box, mm; what sticks out is cut off.
+
+    Raises:
+        ArgumentError: wrong shapes, radii that are not positive, a beam without length, nothing left in the box.
+        TooLargeError: more than `MAX_BEAMS` beams.
+        BrepError: OpenCASCADE makes no correct solid of them.
+        FileError: the file cannot be written.
+    """
+    points, pairs, thickness, balls = _checked_beams(nodes, edges, radii, node_radii)
+    box = None if clip is None else _checked_box(clip)
+    if len(pairs) > MAX_BEAMS:
+        raise TooLargeError(
+            f"edges: {len(pairs):,} beams are too many for an exact STEP file, the limit is {MAX_BEAMS}; clip a smaller "
+            "part, or write a faceted one from a coarse mesh"
+        )
+    check_target(path)
+    halves = _Halves(points, pairs, thickness, balls)
+    known: dict[bytes, Any] = {}
+    parts = []
+    for knot in halves.knots():
+        pieces = halves.pieces(knot)
+        place = pieces.center[0]
+        what = f"edges: the beams round node {knot[0]}" + (f" and {len(knot) - 1} more" if len(knot) > 1 else "")
+        low, high = pieces.bounds()
+        if box is not None and ((high < box[0]).any() or (low > box[1]).any()):
+            continue
+        cut = box is not None and bool((low < box[0]).any() or (high > box[1]).any())
+        key = _shape_key(pieces, place, box if cut else None)
+        if key not in known:
+            known[key] = _brep.unite(
+                _shifted(pieces, -place), (box[0] - place, box[1] - place) if cut and box is not None else None, what
+            )
+        if known[key] is not None:
+            parts.append(_brep.moved(known[key], place))
+    if not parts:
+        raise ArgumentError("clip: no beam reaches into the box; nothing is left to write")
+    _write(path, _brep.glue(parts, "edges"))
+
+
+def write_cell_pattern_step(
+    path: str | os.PathLike[str],
+    cell_nodes: npt.ArrayLike,
+    cell_edges: npt.ArrayLike,
+    cell_size: npt.ArrayLike,
+    radius: npt.ArrayLike,
+    node_radius: float = 0.0,
+    counts: tuple[int, int, int] = (1, 1, 1),
+    origin: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> None:
+    """Write whole cells of a periodic lattice, cut off flat at the outer cell faces, as one exact solid.
+
+    One cell is united and cut once, its copies are glued: a second or two for dozens of cells, where a general union takes
+    minutes. Beams of neighbouring cells that reach into the cell are taken along.
+
+    Args:
+        path: file name.
+        cell_nodes: (n, 3) mm, in the box from 0 to `cell_size`.
+        cell_edges: (m, 2) node numbers.
+        cell_size: edge length of the cell, mm, one number or three.
+        radius: of the beams, mm, one number or (m,).
+        node_radius: of a ball at every node, mm; 0 makes it as thick as its thickest beam.
+        counts: cells along x, y, z; at most `MAX_CELLS` in all.
+        origin: lower corner of the first cell, mm.
+
+    Raises:
+        ArgumentError, TooLargeError, BrepError, FileError: as `write_beams_step`.
+    """
+    size = np.broadcast_to(np.asarray(cell_size, np.float64), 3)
+    if not (np.isfinite(size).all() and (size > 0).all()):
+        raise ArgumentError(f"cell_size: expected a positive length in mm, or three; got {cell_size}")
+    if len(counts) != 3 or any(int(n) != n or n < 1 for n in counts):
+        raise ArgumentError(f"counts: expected three whole numbers from 1 up, got {counts}")
+    if int(np.prod(counts)) > MAX_CELLS:
+        raise TooLargeError(
+            f"counts: {int(np.prod(counts)):,} cells are too many for an exact STEP file, the limit is {MAX_CELLS}; clip a "
+            "smaller part, or write a faceted one from a coarse mesh"
+        )
+    start = np.asarray(origin, np.float64)
+    if start.shape != (3,) or not np.isfinite(start).all():
+        raise ArgumentError(f"origin: expected three finite coordinates in mm, got {origin}")
+    n_edges = len(np.asarray(cell_edges))
+    radii = np.broadcast_to(np.asarray(radius, np.float64).reshape(-1, 1), (n_edges, 2))
+    node_radii = np.full(len(np.asarray(cell_nodes)), float(node_radius))
+    points, pairs, thickness, balls = _checked_beams(cell_nodes, cell_edges, radii, node_radii)
+    check_target(path)
+
+    cell = _brep.unite(
+        _with_neighbours(points, pairs, thickness, balls, size), (np.zeros(3), size), "cell_edges: the beams of the cell"
+    )
+    if cell is None:
+        raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
+    copies = [_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)]
+    _write(path, _brep.glue(copies, "counts"))
+
+
+def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int = MAX_FACES) -> None:
+    """Write a closed mesh as a solid of flat triangles that share their edges.
+
+    Args:
+        path: file name.
+        mesh: closed, manifold and oriented; vertices nearer than 1e-6 mm are joined first.
+        max_faces: refuse meshes of more triangles: the file has about 700 bytes a triangle, and CAD programs give up.
+
+    Raises:
+        TooLargeError: more than `max_faces` triangles.
+        FrepError: the mesh is open, not manifold, inside out in parts, or has triangles flat to a line.
+        FileError: the file cannot be written.
+    """
+    if mesh.n_faces > max_faces:
+        raise TooLargeError(
+            f"mesh: {mesh.n_faces:,} triangles are too many for a faceted STEP file, the limit is max_faces={max_faces:,}; "
+            "mesh with a larger voxel, or decimate first"
+        )
+    mesh = _welded(mesh)
+    report = mesh.check()
+    if not report.printable or report.degenerate_faces:
+        raise FrepError(f"mesh: a STEP solid needs a closed, manifold, oriented mesh without flat triangles; it is\n{report}")
+    check_target(path)
+    shell = _faceted_solid(mesh.vertices, mesh.faces if mesh.volume > 0 else mesh.faces[:, ::-1])
+    if not _brep.is_valid(shell):
+        raise _brep.BrepError("mesh: OpenCASCADE finds the faceted solid invalid; it may cut through itself")
+    _write(path, shell)
+
+
+class _Halves:
+    """Each beam cut in the middle: two halves, each belonging to the node it ends in."""
+
+    def __init__(self, nodes: Array, edges: npt.NDArray[np.int64], radii: Array, balls: Array) -> None:
+        self.nodes = nodes
+        self.balls = balls
+        middle = 0.5 * (nodes[edges[:, 0]] + nodes[edges[:, 1]])
+        seam = _brep.seam_directions(nodes[edges[:, 1]] - nodes[edges[:, 0]])
+        self.node = edges.T.ravel()
+        self.end = np.concatenate([middle, middle])
+        self.radius = radii.T.ravel()
+        self.end_radius = np.tile(radii.mean(axis=1), 2)
+        self.seam = np.concatenate([seam, seam])
+
+    def knots(self) -> list[list[int]]:
+        """Groups of nodes whose half beams overlap those of no other group; a group of one is the usual case."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        n_halves = len(self.node)
+        i, j = np.triu_indices(n_halves, 1)
+        # The halves of one beam meet in a disc: no overlap, unless a ball reaches over the middle.
+        other = (self.node[i] != self.node[j]) & (j - i != n_halves // 2)
+        i, j = i[other], j[other]
+        reach = np.maximum(self.radius, self.end_radius)
+        near = _segment_distance(self.nodes[self.node[i]], self.end[i], self.nodes[self.node[j]], self.end[j])
+        meet = near < (reach[i] + reach[j]) * (1 + 1e-6)
+        pairs = [(self.node[i[meet]], self.node[j[meet]])]
+        for node in np.unique(self.node):
+            gap = _segment_distance(self.nodes[node], self.nodes[node], self.nodes[self.node], self.end)
+            hit = (gap < self.balls[node] + reach - 1e-6 * reach) & (self.node != node)
+            own = np.flatnonzero(self.node == node)
+            twin = (own + n_halves // 2) % n_halves
+            # Along its own beam the other half begins at the middle, flat.
+            hit[twin] = np.linalg.norm(self.end[own] - self.nodes[node], axis=1) <= self.balls[node]
+            pairs.append((np.full(int(hit.sum()), node), self.node[hit]))
+        rows, columns = (np.concatenate(ends) for ends in zip(*pairs, strict=True))
+        graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(self.nodes),) * 2)
+        _, label = connected_components(graph, directed=False)
+        used = np.unique(self.node)
+        return [used[label[used] == group].tolist() for group in np.unique(label[used])]
+
+    def pieces(self, knot: list[int]) -> _brep.Pieces:
+        """The half beams and balls of a group of nodes."""
+        own = np.isin(self.node, knot)
+        return _brep.Pieces(
+            start=self.nodes[self.node[own]],
+            end=self.end[own],
+            start_radius=self.radius[own],
+            end_radius=self.end_radius[own],
+            seam=self.seam[own],
+            center=self.nodes[knot],
+            ball=self.balls[knot],
+        )
+
+
+def _segment_distance(p: Array, q: Array, r: Array, s: Array) -> Array:
+    """(n,) distance of the segments pq and rs (Ericson, Real-Time Collision Detection, 5.1.9)."""
+    p, q, r, s = np.broadcast_arrays(*(np.atleast_2d(x) for x in (p, q, r, s)))
+    u, v, w = q - p, s - r, p - r
+    a, e, f = (u * u).sum(1), (v * v).sum(1), (v * w).sum(1)
+    b, c = (u * v).sum(1), (u * w).sum(1)
+    cross = a * e - b * b
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = np.where(cross > 1e-12 * a * e, np.clip((b * f - c * e) / cross, 0, 1), 0.0)
+        t = np.where(e > 0, (b * along + f) / e, 0.0)
+        clipped = np.clip(t, 0, 1)
+        along = np.where(a > 0, np.clip((b * clipped - c) / np.where(a > 0, a, 1), 0, 1), 0.0)
+    return np.linalg.norm(w + along[:, None] * u - clipped[:, None] * v, axis=1)
+
+
+def _shape_key(pieces: _brep.Pieces, place: Array, clip: _brep.Box | None) -> bytes:
+    """Equal for knots that differ by a translation only (to 1e-6 mm)."""
+    numbers = [pieces.start - place, pieces.end - place, pieces.start_radius, pieces.end_radius, pieces.ball]
+    numbers += [pieces.center - place] + ([] if clip is None else [clip[0] - place, clip[1] - place])
+    return b"|".join((np.round(array, 6) + 0.0).tobytes() for array in numbers)
+
+
+def _shifted(pieces: _brep.Pieces, offset: Array) -> _brep.Pieces:
+    return _brep.Pieces(
+        start=pieces.start + offset,
+        end=pieces.end + offset,
+        start_radius=pieces.start_radius,
+        end_radius=pieces.end_radius,
+        seam=pieces.seam,
+        center=pieces.center + offset,
+        ball=pieces.ball,
+    )
+
+
+def _with_neighbours(nodes: Array, edges, radii: Array, balls: Array, size: Array) -> _brep.Pieces:
+    """The beams and balls of the cell, and those of its 26 neighbours that add something inside it."""
+    own = _cell_pieces(nodes, edges, radii, balls, [np.zeros(3)])
+    shifts = [size * (np.array(index) - 1.0) for index in np.ndindex(3, 3, 3) if index != (1, 1, 1)]
+    grid = np.stack(np.meshgrid(*(np.linspace(0, length, 33) for length in size), indexing="ij"), axis=-1).reshape(-1, 3)
+    left = grid[own.count_containing(grid) == 0]
+    # A neighbour's beam that is also the cell's own (a cell may list shared ones) adds nothing.
+    wanted = [own]
+    for shift in shifts:
+        whole = _cell_pieces(nodes, edges, radii, balls, [shift])
+        for k in range(len(whole.start)):
+            beam = _selected(whole, [k], [])
+            if beam.count_containing(left).any():
+                wanted.append(beam)
+        for k in range(len(whole.center)):
+            ball = _selected(whole, [], [k])
+            if ball.count_containing(left).any():
+                wanted.append(ball)
+    joined = _brep.Pieces(*(np.concatenate([getattr(w, f) for w in wanted]) for f in _brep.Pieces.__dataclass_fields__))
+    # Neighbours share beams and balls among themselves.
+    ends = np.sort(np.round(np.stack([joined.start, joined.end], axis=1), 6), axis=1).reshape(len(joined.start), 6)
+    beams = np.unique(ends + 0.0, axis=0, return_index=True)[1]
+    return _selected(joined, np.sort(beams), np.sort(np.unique(np.round(joined.center, 6) + 0.0, axis=0, return_index=True)[1]))
+
+
+def _cell_pieces(nodes: Array, edges, radii: Array, balls: Array, shifts: list[Array]) -> _brep.Pieces:
+    (shift,) = shifts
+    used = np.unique(edges)
+    start, end = nodes[edges[:, 0]] + shift, nodes[edges[:, 1]] + shift
+    return _brep.Pieces(
+        start, end, radii[:, 0], radii[:, 1], _brep.seam_directions(end - start), nodes[used] + shift, balls[used]
+    )
+
+
+def _selected(pieces: _brep.Pieces, beams: Any, balls: Any) -> _brep.Pieces:
+    beams, balls = np.asarray(beams, int), np.asarray(balls, int)
+    return _brep.Pieces(
+        start=pieces.start[beams],
+        end=pieces.end[beams],
+        start_radius=pieces.start_radius[beams],
+        end_radius=pieces.end_radius[beams],
+        seam=pieces.seam[beams],
+        center=pieces.center[balls],
+        ball=pieces.ball[balls],
+    )
+
+
+def _checked_beams(nodes, edges, radii, node_radii) -> tuple[Array, npt.NDArray[np.int64], Array, Array]:
+    points = np.asarray(nodes, np.float64)
+    pairs = np.asarray(edges)
+    thickness = np.asarray(radii, np.float64)
+    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+        raise ArgumentError(f"nodes: expected finite coordinates of shape (n, 3), got shape {points.shape}")
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs) or pairs.dtype.kind not in "iu":
+        raise ArgumentError(f"edges: expected node numbers of shape (m, 2), m > 0, got {pairs.dtype} of shape {pairs.shape}")
+    if pairs.min() < 0 or pairs.max() >= len(points):
+        raise ArgumentError(f"edges: node numbers must be 0 to {len(points) - 1}, got {pairs.min()} to {pairs.max()}")
+    if thickness.shape != pairs.shape:
+        raise ArgumentError(f"radii: expected shape {pairs.shape}, a radius for each end, got {thickness.shape}")
+    if not (np.isfinite(thickness).all() and (thickness > 0).all()):
+        raise ArgumentError(f"radii: every radius must be a positive number of mm; the smallest is {thickness.min()}")
+    length = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    if (length < 1e-6).any():
+        raise ArgumentError(f"edges: beam {int(length.argmin())} has no length")
+    balls = np.zeros(len(points)) if node_radii is None else np.array(node_radii, np.float64)
+    if balls.shape != (len(points),) or not (np.isfinite(balls).all() and (balls >= 0).all()):
+        raise ArgumentError(f"node_radii: expected {len(points)} radii from 0 up in mm, got {node_radii}")
+    np.maximum.at(balls, pairs, thickness)
+    # The same beam twice would be united with itself.
+    _, first = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True)
+    first.sort()
+    return points, pairs[first].astype(np.int64), thickness[first], balls
+
+
+def _checked_box(clip) -> _brep.Box:
+    low, high = (np.asarray(corner, np.float64) for corner in clip)
+    if low.shape != (3,) or high.shape != (3,) or not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise ArgumentError(f"clip: expected two corners of three finite coordinates, got {clip}")
+    if (high <= low).any():
+        raise ArgumentError(f"clip: the upper corner must lie above the lower one, got {low.tolist()} and {high.tolist()}")
+    return low, high
+
+
+def _welded(mesh: Mesh) -> Mesh:
+    """Vertices nearer than OpenCASCADE tells apart become one; triangles that collapse go."""
+    from frep.mesh import Mesh
+
+    _, first, number = np.unique(np.round(mesh.vertices, 6) + 0.0, axis=0, return_index=True, return_inverse=True)
+    faces = number.reshape(-1)[mesh.faces]
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return Mesh(mesh.vertices[first], faces[proper])
+
+
+def _faceted_solid(vertices: Array, faces: Any) -> Any:
+    """Planes on shared edges: no sewing, every edge is made once and used in both directions."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
+    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+    from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid, TopoDS_Wire
+
+    builder = BRep_Builder()
+    corners = [BRepBuilderAPI_MakeVertex(gp_Pnt(*row)).Vertex() for row in vertices.tolist()]
+    edges: dict[tuple[int, int], Any] = {}
+    shell = TopoDS_Shell()
+    builder.MakeShell(shell)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    for face, corner, normal in zip(faces.tolist(), a.tolist(), normals.tolist(), strict=True):
+        wire = TopoDS_Wire()
+        builder.MakeWire(wire)
+        for i, j in zip(face, face[1:] + face[:1], strict=True):
+            key = (min(i, j), max(i, j))
+            if key not in edges:
+                edges[key] = BRepBuilderAPI_MakeEdge(corners[key[0]], corners[key[1]]).Edge()
+            builder.Add(wire, edges[key] if i < j else edges[key].Reversed())
+        wire.Closed(True)
+        plane = gp_Pln(gp_Pnt(*corner), gp_Dir(*normal))
+        builder.Add(shell, BRepBuilderAPI_MakeFace(plane, wire, True).Face())
+    shell.Closed(True)
+    solid = TopoDS_Solid()
+    builder.MakeSolid(solid)
+    builder.Add(solid, shell)
+    return solid
+
+
+def _write(path: str | os.PathLike[str], shape: Any) -> None:
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.Interface import Interface_Static
+    from OCP.Message import Message
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    parts = _brep.solids(shape)
+    if not parts or not _brep.volume(shape) > 0:
+        raise _brep.BrepError("OpenCASCADE made no solid of positive volume; write a faceted STEP file (from a mesh)")
+    # Its statistics would go to the terminal.
+    Message.DefaultMessenger_s().ChangePrinters().Clear()
+    writer = STEPControl_Writer()
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    Interface_Static.SetIVal_s("write.surfacecurve.mode", 0)  # readers make the curves on surfaces anew; a third smaller
+    if writer.Transfer(_brep.compound(parts), STEPControl_StepModelType.STEPControl_AsIs) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise _brep.BrepError("OpenCASCADE cannot express the solid in STEP; write a faceted STEP file (from a mesh)")
+    with replacing(path) as temporary:
+        status = writer.Write(str(temporary))
+        # The status is "done" on a full disk as well; the last line tells.
+        with temporary.open("rb") as file:
+            file.seek(max(0, temporary.stat().st_size - 200))
+            complete = b"END-ISO-10303-21;" in file.read()
+        if status != IFSelect_ReturnStatus.IFSelect_RetDone or not complete:
+            raise FileError(f"path: cannot write {os.fspath(path)!r}: the file came out incomplete; is the disk full?")

@@ -1,0 +1,246 @@
+"""Sampling: a bounded field becomes a sparse grid of the leaf blocks that can hold surface.
+
+The block tree is descended level by level, 64 children a box. Interval evaluation bounds the field over each box, with the
+ball-interference query bounding its skeletons; a box that cannot hold surface becomes an inside or outside tile, and what is
+left at the last level is evaluated.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import ArgumentError, EmptyError, TooLargeError
+from .evaluate import BLOCK, Program, block_points, require_finite
+from .field import Field, topological
+from .grid import INSIDE, LEAF, OUTSIDE, SparseGrid
+from .progress import progress
+
+_LEAF_MARK = -3
+_BATCH = 8192
+"""Leaves evaluated between two updates of the progress bar: 4 million samples."""
+
+_MARGIN = 4.0
+"""Voxels beyond a crossing within which a leaf of data stays exact: the narrow band of a level set is three."""
+
+SAMPLE_BYTES = 2600
+"""Memory a leaf takes while it is sampled."""
+
+MESH_BYTES = 16000
+"""Memory a leaf takes in addition while it is meshed: some 250 vertices and 500 triangles where it is full of surface."""
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Where samples lie: an axis-aligned grid round a box, its faces midway between samples.
+
+    The box is centred on the grid so that each of its faces lies at least a quarter voxel from the nearest samples: a flat
+    face on the box is met by linear interpolation exactly, and no sample hits it.
+    """
+
+    origin: np.ndarray
+    voxel: float
+    blocks: tuple[int, int, int]
+
+    @classmethod
+    def over(cls, lo: np.ndarray, hi: np.ndarray, voxel: float) -> Lattice:
+        n = np.maximum(np.round((hi - lo) / voxel), 1.0) + 1.0
+        origin = 0.5 * (lo + hi) - 0.5 * n * voxel
+        return cls(origin, voxel, tuple(int(b) for b in np.ceil((n + 1.0) / LEAF)))  # type: ignore[arg-type]
+
+    def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates of the samples along each axis."""
+        return tuple(self.origin[a] + self.voxel * np.arange(LEAF * self.blocks[a]) for a in range(3))  # type: ignore
+
+
+def sample(field: Field, bounds: np.ndarray, voxel: float, *, extra_bytes: int = 0) -> SparseGrid:
+    """Sample a field that is positive outside `bounds`.
+
+    Args:
+        field: negative inside.
+        bounds: (2, 3) finite box that holds the solid.
+        voxel: distance of the samples, mm.
+        extra_bytes: memory a leaf will need afterwards, for the estimate.
+
+    Raises:
+        TooLargeError: the estimate exceeds the free memory; it names the estimate and a voxel size that fits.
+        EmptyError: no sample is inside.
+        FunctionError: a user function raised, or the field is NaN somewhere.
+    """
+    if not (math.isfinite(voxel) and voxel > 0):
+        raise ArgumentError(f"voxel: expected a finite size > 0 in mm, got {voxel!r}")
+    lo, hi = np.asarray(bounds, float)
+    with progress("culling", total=1) as advance:
+        _require_memory_for_table(field, lo, hi, voxel, extra_bytes)
+        lattice = Lattice.over(lo, hi, voxel)
+        limits = cutoffs(field, lo - voxel, hi + voxel, _MARGIN * voxel)
+        program = Program((field,), limits)
+        table = _classify(program, lattice)
+        leaves = np.argwhere(table == _LEAF_MARK).astype(np.int32)
+        advance(1)
+    _require_memory(len(leaves), voxel, extra_bytes)
+    table[tuple(leaves.T)] = np.arange(len(leaves), dtype=np.int32)
+    values = np.empty((1, len(leaves), BLOCK), np.float32)
+    axes = lattice.axes()
+    with progress("sampling", total=len(leaves)) as advance:
+        for start in range(0, len(leaves), _BATCH):
+            part = leaves[start : start + _BATCH]
+            program.on_blocks(part, axes, values[:, start : start + _BATCH])
+            advance(len(part))
+    lowest = values.min(initial=np.inf)
+    if math.isnan(lowest):
+        bad = np.flatnonzero(np.isnan(values[0]).any(axis=1))[:1]
+        require_finite(values[0, bad[0]], block_points(leaves[bad], axes), "the field")
+    if not lowest < 0 and not np.any(table == INSIDE):
+        raise EmptyError("the solid is empty: no sample is inside")
+    return SparseGrid(
+        origin=lattice.origin,
+        voxel=float(voxel),
+        table=table,
+        leaves=leaves,
+        values=values.reshape(-1, LEAF, LEAF, LEAF),
+        background=3.0 * float(voxel),
+    )
+
+
+def _classify(program: Program, lattice: Lattice) -> np.ndarray:
+    """The table of blocks: OUTSIDE, INSIDE, or _LEAF_MARK where the field may vanish within a voxel of the samples."""
+    shape = np.array(lattice.blocks)
+    table = np.full(lattice.blocks, OUTSIDE, np.int32)
+    size = 4 ** max(0, math.ceil(math.log(max(float(np.prod(shape)), 1.0) / 64.0, 64)))
+    boxes = np.argwhere(np.ones(np.ceil(shape / size).astype(int), bool))
+    while True:
+        low, high = _bounds_of(program, lattice, boxes, size)
+        inside = boxes[high < 0.0]
+        mixed = boxes[(low <= 0.0) & (high >= 0.0)]
+        _fill(table, inside, size, INSIDE)
+        if size == 1:
+            table[tuple(mixed.T)] = _LEAF_MARK
+            return table
+        size //= 4
+        boxes = (mixed[:, None, :] * 4 + _CHILDREN).reshape(-1, 3)
+        boxes = boxes[(boxes * size < shape).all(axis=1)]
+
+
+_CHILDREN = np.argwhere(np.ones((4, 4, 4), bool))
+
+
+def _bounds_of(program: Program, lattice: Lattice, boxes: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds over boxes of `size` blocks, each grown by one sample all round."""
+    step = LEAF * size
+    lo = lattice.origin + lattice.voxel * (boxes * step - 1)
+    hi = lattice.origin + lattice.voxel * (boxes + 1) * step
+    least, most = program.bounds(lo, hi)
+    return least[0], most[0]
+
+
+def _fill(table: np.ndarray, boxes: np.ndarray, size: int, value: int) -> None:
+    if size == 1:
+        table[tuple(boxes.T)] = value
+        return
+    for i, j, k in boxes * size:
+        table[i : i + size, j : j + size, k : k + size] = value
+
+
+# --- what must be exact ------------------------------------------------------------------------------------------------
+
+
+def cutoffs(field: Field, lo: np.ndarray, hi: np.ndarray, margin: float) -> dict[Field, float]:
+    """For each data leaf, the value above which it need not be exact in order to find `field == 0` in a box.
+
+    The range of values at which the result can cross zero is carried from the result to the leaves: through a minimum it
+    passes unchanged, through a sum it shifts by the other argument's bounds, elsewhere it becomes everything. `margin` is
+    added at the leaves, for the samples beside a crossing.
+    """
+    order = topological([field])
+    leaves = [n for n in order if n.op in ("beams", "grid")]
+    if not leaves:
+        return {}
+    least, most = Program(tuple(order)).bounds(lo[None], hi[None])
+    span = {n: (least[i, 0], most[i, 0]) for i, n in enumerate(order)}
+    wanted: dict[Field, tuple[float, float]] = {field: (0.0, 0.0)}
+    for node in reversed(order):
+        if node in wanted:
+            for argument, (a, b) in zip(node.args, _crossing(node, *wanted[node], span), strict=True):
+                a, b = (-math.inf if math.isnan(a) else a), (math.inf if math.isnan(b) else b)
+                had = wanted.get(argument, (math.inf, -math.inf))
+                wanted[argument] = (min(had[0], a), max(had[1], b))
+    return {n: wanted[n][1] + margin for n in leaves if n in wanted}
+
+
+_ALL = (-math.inf, math.inf)
+
+
+def _crossing(node: Field, lo: float, hi: float, span: dict[Field, tuple[float, float]]) -> list[tuple[float, float]]:
+    """Ranges of the arguments that matter when those of the result that matter are [lo, hi]."""
+    match node.op, node.args:
+        case "add", (a, b):
+            return [(lo - span[b][1], hi - span[b][0]), (lo - span[a][1], hi - span[a][0])]
+        case "subtract", (a, b):
+            return [(lo + span[b][0], hi + span[b][1]), (span[a][0] - hi, span[a][1] - lo)]
+        case "negative", _:
+            return [(-hi, -lo)]
+        case "minimum", (a, b):
+            return [(lo, min(hi, span[b][1])), (lo, min(hi, span[a][1]))]
+        case "maximum", (a, b):
+            return [(max(lo, span[b][0]), hi), (max(lo, span[a][0]), hi)]
+        case "absolute", _:
+            return [(-max(hi, 0.0), max(hi, 0.0))]
+        case "where", _:
+            return [_ALL, (lo, hi), (lo, hi)]
+        case "multiply", (a, b) if a.is_constant or b.is_constant:
+            factor = a.data if a.is_constant else b.data
+            ends = sorted((lo / factor, hi / factor)) if factor else _ALL
+            return [_ALL if argument.is_constant else (ends[0], ends[1]) for argument in (a, b)]
+        case _:
+            return [_ALL] * len(node.args)
+
+
+# --- memory ------------------------------------------------------------------------------------------------------------
+
+
+def _free_bytes() -> int:
+    try:
+        with open("/proc/meminfo") as info:
+            for line in info:
+                if line.startswith("MemAvailable:"):
+                    return int(line.split()[1]) * 1024
+    except OSError:
+        pass
+    import psutil
+
+    return int(psutil.virtual_memory().available)
+
+
+def _refuse(estimate: float, free: int, voxel: float) -> TooLargeError:
+    fits = voxel * math.sqrt(estimate / (0.8 * free)) * 1.05
+    return TooLargeError(
+        f"voxel: at {voxel:g} mm the part needs about {estimate / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free; "
+        f"a voxel of {float(f'{fits:.2g}'):g} mm would fit"
+    )
+
+
+def _require_memory(n_leaves: int, voxel: float, extra_bytes: int) -> None:
+    estimate, free = n_leaves * (SAMPLE_BYTES + extra_bytes), _free_bytes()
+    if estimate > 0.9 * free:
+        raise _refuse(estimate, free, voxel)
+
+
+_LARGEST_TABLE = 3e7
+"""Blocks that are classified without asking first: a table of 120 MB, some 2500 samples along each axis."""
+
+
+def _require_memory_for_table(field: Field, lo, hi, voxel: float, extra_bytes: int) -> None:
+    """Refuse before classifying when even the table of blocks is large: count the leaves of a coarse one and scale."""
+    with np.errstate(over="ignore"):
+        blocks = float(np.prod(np.ceil(((hi - lo) / voxel + 2) / LEAF)))
+    if blocks <= _LARGEST_TABLE:
+        return
+    coarse = voxel * (blocks / 1e5) ** (1 / 3)
+    table = _classify(Program((field,)), Lattice.over(lo, hi, coarse))
+    leaves = float(np.count_nonzero(table == _LEAF_MARK)) * (coarse / voxel) ** 2
+    estimate, free = leaves * (SAMPLE_BYTES + extra_bytes) + 40.0 * blocks, _free_bytes()
+    if estimate > 0.9 * free:
+        raise _refuse(estimate, free, voxel)

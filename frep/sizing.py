@@ -1,0 +1,142 @@
+"""Voxels against features: is the grid fine enough, which voxel does a tolerance need, and are all widths positive."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from .errors import ArgumentError, EmptyError, ThinWallWarning
+from .field import Field
+from .grid import LEAF, SparseGrid
+from .sampling import sample
+from .solid import Feature, Solid, explain_empty, require_bounded
+
+_DEFAULT_TOLERANCE = 1e-3
+"""Of the longest side, where neither voxel nor tolerance is given."""
+
+
+def sample_solid(
+    solid: Solid, voxel: float | None, tolerance: float | None, *, extra_bytes: int = 0, quiet: bool = False
+) -> SparseGrid:
+    """`Solid.sample`: validate, choose the voxel, sample, and look at the widths."""
+    size = chosen_voxel(solid, voxel, tolerance)
+    _require_positive_widths(solid)
+    try:
+        grid = sample(solid.field, solid.bounds, size, extra_bytes=extra_bytes)
+    except EmptyError:
+        raise EmptyError(explain_empty(solid, lambda part: _is_empty(part, solid.bounds, size))) from None
+    if not quiet:
+        _warn_of_thin(solid, grid)
+    return grid
+
+
+def chosen_voxel(solid: Solid, voxel: float | None, tolerance: float | None) -> float:
+    """The voxel size given, or the one that a chord tolerance needs."""
+    require_bounded(solid)
+    if voxel is not None:
+        if tolerance is not None:
+            raise ArgumentError("voxel, tolerance: give one of them, not both")
+        return _positive_number(voxel, "voxel")
+    if tolerance is None:
+        return voxel_for(solid, _DEFAULT_TOLERANCE * float(np.ptp(solid.bounds, axis=0).max()))
+    return voxel_for(solid, _positive_number(tolerance, "tolerance"))
+
+
+def _positive_number(value, name: str) -> float:
+    from .primitives import positive
+
+    return positive(value, name)
+
+
+def voxel_for(solid: Solid, tolerance: float) -> float:
+    """The voxel at which flat facets keep within `tolerance` mm of the surface.
+
+    A trial mesh tells the sag of its facets, which falls with the square of the voxel; its 99th percentile is held against
+    the tolerance, so that sharp edges, where no voxel suffices, do not decide. Never coarser than half the thinnest width.
+    """
+    from .meshing.mesher import trial_sag
+
+    require_bounded(solid)
+    longest = float(np.ptp(solid.bounds, axis=0).max())
+    thinnest = min((_least_width(f, solid.bounds) for f in solid.features), default=math.inf)
+    trial = min(longest / 48.0, thinnest / 2.5)
+    limit = min(longest / 16.0, thinnest / 2.0)
+    for _ in range(3):
+        sag = trial_sag(solid, trial)
+        wanted = limit if sag <= 0.0 else min(trial * math.sqrt(tolerance / sag), limit)
+        if wanted > 0.7 * trial:
+            return float(wanted)
+        trial = max(wanted, trial / 3.0)
+    return float(wanted)
+
+
+def _least_width(feature: Feature, bounds: np.ndarray) -> float:
+    if feature.width.is_constant:
+        return feature.width.data
+    return float(feature.width(_scatter(bounds)).min())
+
+
+def _scatter(bounds: np.ndarray, n: int = 17) -> np.ndarray:
+    axes = [np.linspace(bounds[0, a], bounds[1, a], n) for a in range(3)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _require_positive_widths(solid: Solid) -> None:
+    """A width that is zero or less somewhere is an error that names the place; only where bounds cannot rule it out."""
+    for feature in solid.features:
+        if feature.width.bounds(*solid.bounds)[0] > 0.0:
+            continue
+        points = _scatter(solid.bounds)
+        # Material is only asked for inside the part; outside it a law may do what it likes.
+        points = points[solid.field(points) < 0.5 * float(np.ptp(solid.bounds, axis=0).max()) / 16.0]
+        if len(points):
+            _require_positive(feature.width, points, feature.what)
+
+
+def _require_positive(width: Field, points: np.ndarray, what: str) -> None:
+    values = width(points)
+    worst = int(np.argmin(np.where(np.isnan(values), -np.inf, values)))
+    if not values[worst] > 0.0:
+        where = ", ".join(f"{v:.4g}" for v in points[worst])
+        raise ArgumentError(
+            f"thickness: every width must be more than 0 mm; the {what} width {width!r} is {values[worst]:.4g} mm at ({where})"
+        )
+
+
+def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
+    if not solid.features or not len(grid.leaves):
+        return
+    centres = grid.origin + grid.voxel * (LEAF * grid.leaves + 0.5 * (LEAF - 1))
+    centres = centres[:: max(1, len(centres) // 20000)]
+    near = np.abs(grid.values[:: max(1, len(grid.leaves) // 20000)]).reshape(len(centres), -1).min(axis=1) < 2 * grid.voxel
+    centres = np.clip(centres[near], *solid.bounds)
+    if not len(centres):
+        return
+    thinnest, what = math.inf, ""
+    for feature in solid.features:
+        if not feature.width.is_constant:
+            _require_positive(feature.width, centres, feature.what)
+        width = feature.width.data if feature.width.is_constant else float(feature.width(centres).min())
+        if width < thinnest:
+            thinnest, what = width, feature.what
+    if thinnest < 2.0 * grid.voxel * (1.0 - 1e-9):
+        warnings.warn(
+            f"the thinnest {what} is {thinnest:.4g} mm, less than two voxels of {grid.voxel:.4g} mm: it may be torn; "
+            f"a voxel of {0.5 * thinnest:.3g} mm resolves it",
+            ThinWallWarning,
+            stacklevel=4,
+        )
+
+
+def _is_empty(part: Solid, bounds: np.ndarray, voxel: float) -> bool:
+    lo, hi = np.maximum(part.bounds[0], bounds[0]), np.minimum(part.bounds[1], bounds[1])
+    if np.any(lo >= hi):
+        return True
+    coarse = max(voxel, float(np.max(hi - lo)) / 200.0)
+    try:
+        sample(Solid(part.field, (lo, hi)).field, np.array([lo, hi]), coarse)
+    except EmptyError:
+        return True
+    return False

@@ -1,0 +1,105 @@
+"""Beams get their body: a skeleton composed with diameters, sections, node balls and blends (`F = P o T`)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .errors import ArgumentError
+from .field import Field, FieldLike, as_field, constant
+from .skeleton import GraphSkeleton, Skeleton, beam_field
+from .solid import BeamDesign, Feature, Solid, _width
+
+
+@dataclass(frozen=True, eq=False)
+class Rectangle:
+    """A square section with rounded corners; `fillet` is their radius in mm."""
+
+    fillet: Field
+
+
+def thickened(
+    skeleton: Skeleton, diameter: Any, *, node: FieldLike | None, section: str | Rectangle, blend: FieldLike, label: str
+) -> Solid:
+    """The solid of `BeamTopology.thicken`, whose documentation describes the arguments."""
+    square = section if isinstance(section, Rectangle) else Rectangle(constant(0.0)) if section == "square" else None
+    if square is None and section != "circle":
+        raise ArgumentError(f'section: expected "circle", "square" or a rounded square, got {section!r}')
+    blend_field = as_field(blend, "blend")
+    if blend_field.is_constant and blend_field.data < 0.0:
+        raise ArgumentError(f"blend: expected a radius >= 0 mm, got {blend_field.data:g}")
+    blended = not (blend_field.is_constant and blend_field.data == 0.0)
+    node_width = None if node is None else _width(node, "node")
+    features: list[Feature] = []
+    end_radii = None
+    if _is_per_node(diameter):
+        if square is not None:
+            raise ArgumentError("diameter: one number a node is for circular sections; give a Field for square ones")
+        end_radii = 0.5 * _per_node(diameter, skeleton)
+        features.append(Feature("beam", constant(2.0 * float(end_radii[skeleton.edges].min()))))
+        width, largest = None, float(end_radii.max())
+        field = beam_field(
+            skeleton,
+            section="cone",
+            node_radii=end_radii,
+            node_radius=None if node_width is None else 0.5 * node_width,
+            blend=blend_field if blended else None,
+        )
+    else:
+        width = _width(diameter, "diameter")
+        features.append(Feature("beam", width))
+        field = beam_field(
+            skeleton,
+            section="circle" if square is None else "square",
+            width=0.5 * width if square is None else width,
+            fillet=None if square is None else square.fillet,
+            node_radius=None if node_width is None else 0.5 * node_width,
+            blend=blend_field if blended else None,
+        )
+        largest = _largest(width, skeleton) * (0.5 if square is None else math.sqrt(0.5))
+    bounds = skeleton.bounds
+    if isinstance(skeleton, GraphSkeleton):
+        if node_width is not None:
+            largest = max(largest, 0.5 * _largest(node_width, skeleton))
+        # A fillet of radius k bulges by less than k beyond the beams that it joins.
+        reach = largest + (_largest(blend_field, skeleton) if blended else 0.0)
+        bounds = bounds + reach * np.array([[-1.0], [1.0]])
+    design = BeamDesign(
+        skeleton=skeleton,
+        diameter=width,
+        end_radii=end_radii,
+        node_diameter=node_width,
+        section="circle" if square is None else "square",
+        blended=blended,
+    )
+    return Solid._make(field, bounds, features=tuple(features), label=label, beams=design)
+
+
+def _is_per_node(diameter: Any) -> bool:
+    return not isinstance(diameter, Field) and not callable(diameter) and np.ndim(diameter) == 1
+
+
+def _per_node(diameter: Any, skeleton: Skeleton) -> np.ndarray:
+    values = np.asarray(diameter, dtype=float)
+    if len(values) != len(skeleton.nodes):
+        raise ArgumentError(f"diameter: expected one number for each of {len(skeleton.nodes)} nodes, got {len(values)}")
+    if not np.all(np.isfinite(values) & (values > 0)):
+        worst = int(np.argmax(~(np.isfinite(values) & (values > 0))))
+        raise ArgumentError(f"diameter: expected finite diameters > 0 mm, node {worst} has {values[worst]:g}")
+    return values
+
+
+def _largest(width: Field, skeleton: Skeleton) -> float:
+    """Upper bound of a width near a finite skeleton; widths beyond it would need bounds beyond it, so iterate once."""
+    if width.is_constant:
+        return width.data
+    if not isinstance(skeleton, GraphSkeleton):
+        return math.inf
+    lo, hi = skeleton.bounds
+    first = width.bounds(lo, hi)[1]
+    if not math.isfinite(first):
+        raise ArgumentError(f"diameter: {width!r} has no upper limit near the graph; intersect or clip it")
+    return max(first, width.bounds(lo - first, hi + first)[1])

@@ -1,0 +1,24 @@
+"""Any triangle mesh, holes and all: a solid skin, filled with a gyroid that thickens towards it."""
+
+from pyvista import examples
+
+import frep
+from graded import distance_to
+from topologies import tpms
+
+body = "airplane.ply"  # any mesh file; this one pyvista brings along
+size = 200.0  # mm, the longest side
+cell = 8.0
+skin = 1.2
+thin, thick, depth = 0.8, 1.6, 10.0  # mm: the walls deep inside and at the skin, and how far in they thin out
+voxel = 0.4
+title = "Gyroid infill graded by the distance to the skin"
+
+solid = frep.load(examples.planefile if body == "airplane.ply" else body)
+extent = solid.bounds[1] - solid.bounds[0]
+solid = solid.scale(size / extent.max())
+cells = round(extent.prod() * (size / extent.max() / cell) ** 3)  # of the box round the body
+
+inward = abs(distance_to(solid))  # mm
+wall = thin + (thick - thin) * frep.clip(1 - inward / depth, 0, 1)
+part = (solid - solid.offset(-skin)) | (solid & tpms.gyroid(cell=cell).sheet(wall))
