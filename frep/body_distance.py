@@ -92,7 +92,12 @@ class _Surface:
         self._tree.init(vertices, faces)
         self._advance = advance
 
+    def nearest(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) the nearest points of the surface."""
+        return self._tree.squared_distance(self.vertices, self.faces, np.ascontiguousarray(points))[2]
+
     def distance(self, points: np.ndarray) -> np.ndarray:
+        """(n,) unsigned distances."""
         out = np.empty(len(points))
         for part in _batches(np.arange(len(points))):
             squared, _, _ = self._tree.squared_distance(self.vertices, self.faces, np.ascontiguousarray(points[part]))
@@ -120,8 +125,6 @@ def sample_body(vertices: np.ndarray, faces: np.ndarray, cells: tuple[int, int, 
     Raises:
         ArgumentError: the triangles enclose nothing.
     """
-    from scipy.spatial import cKDTree
-
     winding = Winding(vertices, faces, advance)
     surface = _Surface(vertices, faces, advance)
     shape = tuple(n + 1 for n in cells)
@@ -132,13 +135,9 @@ def sample_body(vertices: np.ndarray, faces: np.ndarray, cells: tuple[int, int, 
     field = _Blocks(cells)
     field.add(_near(surface, coarse) | _mixed(inside))
     field.measure(surface, slice(None))
-    edges = open_edges(faces)
-    rims = cKDTree(vertices[edges].mean(axis=1)) if len(edges) else None
-    reach = vertices[edges]
-    rim_length = float(np.linalg.norm(reach[:, 0] - reach[:, 1], axis=1).sum())
-    numbers = field.sign(winding, rims, rim_length)
+    numbers = field.sign(winding, vertices[open_edges(faces)])
 
-    exposed, removed, share = _exposed(vertices, faces, winding, field, numbers)
+    exposed, removed, share = _exposed(surface, winding, field, numbers)
     if removed is not None:
         if exposed is None:
             raise ArgumentError("mesh: its triangles enclose no volume (a flat sheet, or faces that cancel out)")
@@ -257,11 +256,11 @@ class _Blocks:
         flat[slots] = surface.distance(_positions(cells, slots))
         self.distance[which] = flat[owner]
 
-    def sign(self, winding: Winding, rims, rim_length: float) -> np.ndarray:
+    def sign(self, winding: Winding, rims: np.ndarray) -> np.ndarray:
         """The side of every node, from one winding number for each group of nodes that nothing separates.
 
-        Returns (m, 729) winding numbers, constant in a group. Near open rims the number varies within a group, by at most
-        rim length / (4 pi r^2) a length (Biot-Savart); where that could reach one half every node is asked.
+        Near the open edges `rims` (k, 2, 3) the number varies within a group; where it could reach one half every node is
+        asked. Returns (m, 729) winding numbers, elsewhere constant in a group.
         """
         group = np.empty((len(self.cells), NODES), np.int64)
         regions(self.distance, group)
@@ -271,10 +270,9 @@ class _Blocks:
         number[spokesmen] = winding.at(_positions(self.cells, spokesmen))
         numbers = number[flat].reshape(group.shape)
         self.inside[:] = numbers > 0.5
-        if rims is not None:
-            clear = np.maximum(rims.query(self.centres)[0] - HALF_DIAGONAL, 1e-3)
-            change = 4.0 * HALF_DIAGONAL * rim_length / (4.0 * math.pi * clear**2)
-            unsure = np.flatnonzero(np.abs(numbers - 0.5).min(axis=1) < change + 0.02)
+        if len(rims):
+            change = 2.0 * HALF_DIAGONAL * _steepest(self.centres, rims) + 0.02
+            unsure = np.flatnonzero(np.abs(numbers - 0.5).min(axis=1) < change)
             numbers[unsure] = self.sign_everywhere(winding, unsure)
         return numbers
 
@@ -310,6 +308,19 @@ class _Blocks:
         table = np.full_like(self.table, -1)
         table[tuple(self.cells[keep].T)] = np.arange(len(keep))
         return table, signed[keep].reshape(-1, 9, 9, 9)
+
+
+def _steepest(centres: np.ndarray, rims: np.ndarray) -> np.ndarray:
+    """How fast the winding number can change in the block round each centre, by Biot and Savart's law for its open edges."""
+    slope = np.full(len(centres), np.inf)
+    if len(centres) * len(rims) > 5e7:
+        return slope
+    middle = rims.mean(axis=1)
+    length = np.linalg.norm(rims[:, 1] - rims[:, 0], axis=1)
+    for part in np.array_split(np.arange(len(centres)), 1 + len(centres) * len(rims) // 1_000_000):
+        away = np.linalg.norm(centres[part, None] - middle, axis=2) - HALF_DIAGONAL - 0.5 * length
+        slope[part] = (length / np.maximum(away, 1e-6) ** 2).sum(axis=1) / (4.0 * math.pi)
+    return slope
 
 
 def _positions(cells: np.ndarray, slots: np.ndarray) -> np.ndarray:
@@ -393,10 +404,10 @@ def _net_vertices(cells: np.ndarray, winding: Winding) -> np.ndarray:
 # --- what is not surface -----------------------------------------------------------------------------------------------
 
 
-def _exposed(vertices, faces, winding: Winding, field: _Blocks, numbers: np.ndarray):
+def _exposed(surface: _Surface, winding: Winding, field: _Blocks, numbers: np.ndarray):
     """Split the triangles into those that bound the body and those with the same side in front and behind.
 
-    Only looked at near suspicious blocks: a winding number beyond 0 to 1, or a surface but no change of side.
+    Only looked at near suspicious blocks: a winding number beyond 0 to 1, or a surface without a change of side.
 
     Returns:
         (vertices, faces) of what bounds the body (None: nothing), the same of the rest (None: nothing), and the share of the
@@ -404,13 +415,21 @@ def _exposed(vertices, faces, winding: Winding, field: _Blocks, numbers: np.ndar
     """
     from scipy.ndimage import binary_dilation
 
-    low, high = numbers.min(axis=1), numbers.max(axis=1)
-    same = ~field.inside.any(axis=1) | field.inside.all(axis=1)
-    suspect = (high > 1.25) | (low < -0.25) | (same & (field.distance.min(axis=1) < 0.3))
-    if not suspect.any():
-        return (vertices, faces), None, 0.0
+    vertices, faces = surface.vertices, surface.faces
     marked = np.zeros(field.table.shape, bool)
-    marked[tuple(field.cells[suspect].T)] = True
+    marked[tuple(field.cells[(numbers.max(axis=1) > 1.25) | (numbers.min(axis=1) < -0.25)].T)] = True
+    same = ~field.inside.any(axis=1) | field.inside.all(axis=1)
+    quiet = np.flatnonzero(same & (field.distance.min(axis=1) < 0.5))
+    if len(quiet):
+        # Most of these are only grazed, or hold a wall thinner than a cell: look behind the nearest triangle.
+        node = NODES * quiet + field.distance[quiet].argmin(axis=1)
+        point = _positions(field.cells, node)
+        behind = surface.nearest(point) - point
+        behind *= 1.0 + _PROBE / np.maximum(np.linalg.norm(behind, axis=1), 1e-3)[:, None]
+        still = (winding.at(point + behind) > 0.5) == field.inside.reshape(-1)[node]
+        marked[tuple(field.cells[quiet[still]].T)] = True
+    if not marked.any():
+        return (vertices, faces), None, 0.0
     marked = binary_dilation(marked, np.ones((3, 3, 3), bool))
     pieces, parent, asked = _cut(vertices[faces], marked)
     normal = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])

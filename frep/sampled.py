@@ -1,6 +1,7 @@
 """Sampled grids as Fields: what a mesh, an image or a periodic distance table becomes.
 
-A `SampledGrid` interpolates trilinearly between nodes. Coarse nodes cover its box; where data asks for more, a coarse cell is
+A `SampledGrid` interpolates trilinearly between nodes, a `PeriodicSpline` by cubic B-splines, whose values lie between their
+coefficients. Coarse nodes cover its box; where data asks for more, a coarse cell is
 refined eightfold by a block of 9 x 9 x 9 nodes. A min/max pyramid over the cells bounds it over boxes.
 """
 
@@ -81,34 +82,91 @@ class SampledGrid:
         nodes = packer.grid(np.concatenate(pieces))
         fine = nodes + self.nodes.size
         table = -1 if self.table is None else packer.ints(self.table)
-        return [*self.cells, nodes, table, fine, int(self.periodic), fine + self.blocks.size, len(levels), floats]
+        return [*self.cells, nodes, table, fine, int(self.periodic), fine + self.blocks.size, len(levels), floats, 0]
 
     @cached_property
     def _pyramid(self) -> list[np.ndarray]:
-        """(nx, ny, nz, 2) lowest and highest value of each cell, then of 2 x 2 x 2 cells, and so on."""
-        low, high = _cell_extremes(self.nodes)
+        low, high = _cell_extremes(self.nodes, 1)
         if self.table is not None and len(self.blocks):
             refined = self.table >= 0
             flat = self.blocks.reshape(len(self.blocks), -1)
             low[refined] = flat.min(axis=1)[self.table[refined]]
             high[refined] = flat.max(axis=1)[self.table[refined]]
-        levels = [np.stack([low, high], axis=-1)]
-        # A periodic grid is only halved while the cells pair up across the period.
-        while max(low.shape) > 2 and not (self.periodic and any(n % 2 for n in low.shape)):
-            low, high = _halved(low, np.minimum), _halved(high, np.maximum)
-            levels.append(np.stack([low, high], axis=-1))
-        return levels
+        return _pyramid(low, high, self.periodic)
 
 
-def _cell_extremes(nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True, eq=False)
+class PeriodicSpline:
+    """A smooth periodic function: the cubic B-spline through values on one period.
+
+    Attributes:
+        period: (3,) mm.
+        values: (nx, ny, nz) values at `period * (i / nx, j / ny, k / nz)`.
+        label: shown by `repr`.
+    """
+
+    period: np.ndarray
+    values: np.ndarray
+    label: str = "spline"
+
+    @property
+    def name(self) -> str:
+        return self.label
+
+    @cached_property
+    def content_key(self) -> bytes:
+        h = hashlib.blake2b(b"spline", digest_size=16)
+        h.update(np.ascontiguousarray(self.period).tobytes())
+        h.update(str(self.values.shape).encode())
+        h.update(np.ascontiguousarray(self.values).tobytes())
+        return h.digest()
+
+    def field(self) -> Field:
+        """The interpolated values as a Field."""
+        zero = constant(0.0)
+        return leaf_field("grid", self, zero, zero, zero, zero)
+
+    @cached_property
+    def _coefficients(self) -> np.ndarray:
+        """B-spline coefficients with the layers that a point's 4 x 4 x 4 neighbourhood reaches past the period."""
+        from scipy.ndimage import spline_filter
+
+        c = spline_filter(np.asarray(self.values, np.float64), order=3, mode="grid-wrap")
+        return np.ascontiguousarray(np.pad(c, ((1, 2),) * 3, mode="wrap").astype(np.float32))
+
+    @cached_property
+    def _packed(self) -> tuple[np.ndarray, int]:
+        # A B-spline lies between the least and the largest of the coefficients round a point.
+        levels = _pyramid(*_cell_extremes(self._coefficients, 3), True)
+        return np.concatenate([self._coefficients.reshape(-1), *(level.reshape(-1) for level in levels)]), len(levels)
+
+    def pack(self, packer: Packer) -> list[int]:
+        numbers, levels = self._packed
+        floats = packer.floats(np.concatenate([np.zeros(3), self.period / self.values.shape]))
+        nodes = packer.grid(numbers)
+        pyramid = nodes + self._coefficients.size
+        return [*self.values.shape, nodes, -1, 0, 1, pyramid, levels, floats, 1]
+
+
+def _pyramid(low: np.ndarray, high: np.ndarray, periodic: bool) -> list[np.ndarray]:
+    """(nx, ny, nz, 2) lowest and highest value of each cell, then of 2 x 2 x 2 cells, and so on."""
+    levels = [np.stack([low, high], axis=-1)]
+    # A periodic grid is only halved while the cells pair up across the period.
+    while max(low.shape) > 2 and not (periodic and any(n % 2 for n in low.shape)):
+        low, high = _halved(low, np.minimum), _halved(high, np.maximum)
+        levels.append(np.stack([low, high], axis=-1))
+    return levels
+
+
+def _cell_extremes(nodes: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest node of the `reach + 1` along each axis that a cell's values depend on."""
     low, high = nodes, nodes
     for axis in range(3):
-        a = [slice(None)] * 3
-        b = [slice(None)] * 3
-        a[axis], b[axis] = slice(None, -1), slice(1, None)
-        low = np.minimum(low[tuple(a)], low[tuple(b)])
-        high = np.maximum(high[tuple(a)], high[tuple(b)])
-    return low.copy(), high.copy()
+        n = nodes.shape[axis] - reach
+        parts = [[slice(None)] * axis + [slice(k, k + n)] for k in range(reach + 1)]
+        low = np.minimum.reduce([low[tuple(p)] for p in parts])
+        high = np.maximum.reduce([high[tuple(p)] for p in parts])
+    return low, high
 
 
 def _halved(values: np.ndarray, pick: np.ufunc) -> np.ndarray:

@@ -147,9 +147,9 @@ def _draw(
         plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
         try:
             plotter.set_background("#e4e8ec", top="#fbfcfd")  # pyright: ignore[reportArgumentType]
-            for direction, strength in (((-0.5, 0.8, 1.0), 0.72), ((0.9, 0.1, 0.8), 0.36), ((0.0, -0.9, 0.5), 0.16)):
+            for direction, strength in (((-0.5, 0.8, 1.0), 0.80), ((0.9, 0.1, 0.8), 0.42), ((0.0, -0.9, 0.5), 0.18)):
                 plotter.add_light(pv.Light(position=direction, light_type="scene light", intensity=strength))
-            plotter.add_mesh(surface, color=color, ambient=0.18, diffuse=0.95, specular=0.12, specular_power=12)
+            plotter.add_mesh(surface, color=color, ambient=0.2, diffuse=0.95, specular=0.12, specular_power=12)
             if title:
                 plotter.add_text(title, position="upper_left", font_size=max(8, size[1] // 70), color="#2b3640")
             depth = float(upper[2] - lower[2])

@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 Box = tuple[Array, Array]
 
 # Wrong unions are off by 1 % and far more; the quadrature they are checked against is good to about 0.1 %.
-_VOLUME_TOLERANCE = 0.003
+_VOLUME_TOLERANCE = 0.004
 
 
 class BrepError(FrepError):
