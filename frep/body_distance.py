@@ -35,7 +35,17 @@ _EXACT = 2.0 + math.sqrt(3.0)
 _PROBE = 0.02
 """How far in front of and behind a triangle its sides are looked at."""
 
+_NOISE = 0.02
+"""More than the error of the tree code, which is 0.002 on scans and 0.01 at worst."""
+
 _BATCH = 200_000
+
+_IJK = np.indices((FINE + 1,) * 3).reshape(3, -1)
+_EVEN = np.all(_IJK % 2 == 0, axis=0)
+# For each node of a block the even ones round it, and how far they are.
+_EVEN_BELOW = np.ravel_multi_index(tuple(_IJK - _IJK % 2), (FINE + 1,) * 3)
+_EVEN_ABOVE = np.ravel_multi_index(tuple(_IJK + _IJK % 2), (FINE + 1,) * 3)
+_EVEN_AWAY = np.sqrt((_IJK % 2).sum(axis=0)).astype(np.float32)
 
 Advance = Callable[[float], None]
 
@@ -156,7 +166,7 @@ def sample_body(vertices: np.ndarray, faces: np.ndarray, cells: tuple[int, int, 
         field.measure(surface, np.flatnonzero(near))
         fresh = field.add(_near(lid, to_lid))
         field.measure(surface, fresh)
-        field.sign_everywhere(winding, fresh)
+        field.sign_finely(winding, fresh)
     if not (inside.any() or field.inside.any()):
         raise ArgumentError(
             "mesh: its triangles enclose no volume that the grid can see; is it a flat sheet, or thinner than the voxel?"
@@ -240,19 +250,16 @@ class _Blocks:
         """Unsigned distance at the nodes of some blocks: exact near the surface, from every other node elsewhere."""
         which = np.arange(len(self.cells))[which]
         cells, owner = self._shared(which)
-        own = owner.reshape(-1) == np.arange(owner.size)
+        own = owner == np.arange(owner.size).reshape(owner.shape)
         d = np.zeros((len(cells), 9, 9, 9), np.float32)
         flat = d.reshape(-1)
-        even = np.zeros((9, 9, 9), bool)
-        even[::2, ::2, ::2] = True
-        even = np.tile(even.reshape(-1), len(cells))
-        slots = np.flatnonzero(own & even)
+        slots = np.flatnonzero(own & _EVEN)
         flat[slots] = surface.distance(_positions(cells, slots))
         flat[:] = flat[owner.reshape(-1)]
         d[:, 1::2, ::2, ::2] = 0.5 * (d[:, :-1:2, ::2, ::2] + d[:, 2::2, ::2, ::2])
         d[:, :, 1::2, ::2] = 0.5 * (d[:, :, :-1:2, ::2] + d[:, :, 2::2, ::2])
         d[:, :, :, 1::2] = 0.5 * (d[:, :, :, :-1:2] + d[:, :, :, 2::2])
-        slots = np.flatnonzero(own & ~even & (flat < _EXACT))
+        slots = np.flatnonzero(own & ~_EVEN & (flat.reshape(own.shape) < _EXACT))
         flat[slots] = surface.distance(_positions(cells, slots))
         self.distance[which] = flat[owner]
 
@@ -271,20 +278,39 @@ class _Blocks:
         numbers = number[flat].reshape(group.shape)
         self.inside[:] = numbers > 0.5
         if len(rims):
-            change = 2.0 * HALF_DIAGONAL * _steepest(self.centres, rims) + 0.02
+            slope = _steepest(self.centres, rims)
+            change = 2.0 * HALF_DIAGONAL * slope + _NOISE  # nothing turns round a rim in a block clear of it
             unsure = np.flatnonzero(np.abs(numbers - 0.5).min(axis=1) < change)
-            numbers[unsure] = self.sign_everywhere(winding, unsure)
+            numbers[unsure] = self.sign_finely(winding, unsure, slope[unsure])
         return numbers
 
-    def sign_everywhere(self, winding: Winding, which: np.ndarray) -> np.ndarray:
-        """The side of every node of some blocks, each from its own winding number, which is returned."""
+    def sign_finely(self, winding: Winding, which: np.ndarray, slope: np.ndarray | None = None) -> np.ndarray:
+        """The side of every node of some blocks from winding numbers at every other node, and at more where that leaves doubt.
+
+        `slope` bounds how fast the number changes where no triangle is crossed; without it every node is asked. Returns the
+        numbers.
+        """
         cells, owner = self._shared(which)
-        slots = np.flatnonzero(owner.reshape(-1) == np.arange(owner.size))
-        number = np.zeros(owner.size, np.float32)
-        number[slots] = winding.at(_positions(cells, slots))
-        numbers = number[owner]
+        own = owner == np.arange(owner.size).reshape(owner.shape)
+        distance = self.distance[which]
+        numbers = np.full(owner.shape, np.nan, np.float32)
+        if slope is not None:
+            self._ask(winding, cells, own & _EVEN, numbers)
+            numbers = numbers.reshape(-1)[owner]
+            for start in (_EVEN_BELOW, _EVEN_ABOVE):
+                near = numbers[:, start]
+                apart = distance + distance[:, start] > 1.0001 * _EVEN_AWAY
+                certain = np.abs(near - 0.5) > slope[:, None] * _EVEN_AWAY + _NOISE
+                numbers = np.where(np.isnan(numbers) & apart & certain, near, numbers)
+        self._ask(winding, cells, own & np.isnan(numbers), numbers)
+        numbers = numbers.reshape(-1)[owner]
         self.inside[which] = numbers > 0.5
         return numbers
+
+    @staticmethod
+    def _ask(winding: Winding, cells: np.ndarray, nodes: np.ndarray, numbers: np.ndarray) -> None:
+        slots = np.flatnonzero(nodes)
+        numbers.reshape(-1)[slots] = winding.at(_positions(cells, slots))
 
     def gaps(self, which: np.ndarray) -> np.ndarray:
         """(k, 4) edges (lower node, axis) between neighbours on different sides with no triangle near enough to divide them."""
@@ -345,7 +371,7 @@ def _close(field: _Blocks, surface: _Surface, winding: Winding) -> tuple[np.ndar
         if not len(new):
             break
         field.measure(surface, new)
-        field.sign_everywhere(winding, new)
+        field.sign_finely(winding, new)
         fresh = field.gaps(new)
         edges = np.concatenate([edges, fresh])
     if not len(edges):

@@ -24,8 +24,8 @@ class MeshReport:
         manifold: every edge has one or two faces and the faces round every vertex form one fan.
         oriented: the faces of every edge agree on which side is out.
         components: pieces, faces hanging together by a vertex at least.
-        genus: handles, summed over the pieces (Euler: V - E + F = 2 components - 2 genus). None when the mesh is not closed
-            and manifold, where the formula says nothing.
+        genus: handles, summed over the pieces (Euler: V - E + F = 2 components - 2 genus). None when the mesh is not
+            closed and manifold, where the formula says nothing.
         open_edges: edges of exactly one face.
         non_manifold_edges: edges of three faces or more.
         non_manifold_vertices: vertices whose faces do not form one fan.
@@ -63,7 +63,8 @@ class MeshReport:
             ("closed", f"{yes(self.closed)} ({self.open_edges:,} open edges)"),
             (
                 "manifold",
-                f"{yes(self.manifold)} ({self.non_manifold_edges:,} edges and {self.non_manifold_vertices:,} vertices are not)",
+                f"{yes(self.manifold)} ({self.non_manifold_edges:,} edges and "
+                f"{self.non_manifold_vertices:,} vertices are not)",
             ),
             ("oriented", yes(self.oriented)),
             ("components", f"{self.components:,}"),
@@ -77,8 +78,8 @@ class MeshReport:
 def check(mesh: Mesh) -> MeshReport:
     """Examine a mesh: holes, edges and vertices that are not manifold, orientation, pieces, handles, bad faces.
 
-    Purely by index, except for faces flat to a line: two vertices at one place are two vertices, and a surface that cuts
-    through itself is not noticed.
+    Purely by index, except for faces flat to a line: two vertices at one place are two vertices, and a surface that
+    cuts through itself is not noticed.
 
     Args:
         mesh: any triangle mesh; 8 M faces take seconds and under 1 GB.

@@ -60,7 +60,8 @@ class Mesh:
     def volume(self) -> float:
         """Enclosed volume in mm3 by the divergence theorem: positive when the faces look outward.
 
-        Meaningful for a closed mesh; an open one is closed, as it were, by the cone from its holes to the centre of its box.
+        Meaningful for a closed mesh; an open one is closed, as it were, by the cone from its holes to the centre of
+        its box.
         """
         return self._volume_and_area[0]
 
@@ -94,7 +95,8 @@ class Mesh:
         return float(volume), float(area)
 
     def check(self) -> MeshReport:
-        """Report holes, non-manifold edges and vertices, orientation, pieces, genus and bad faces (see `MeshReport`)."""
+        """Report holes, non-manifold edges and vertices, orientation, pieces, genus and bad faces (see
+        `MeshReport`)."""
         from frep.check import check
 
         return check(self)

@@ -86,7 +86,7 @@ def closing_table(title: str, facts: Mapping[str, str], stages: Stages, *, strea
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", title_style="bold", show_header=False)
+    table = Table(show_header=False)
     table.add_column(style="cyan")
     table.add_column(justify="right")
     for name, value in facts.items():
@@ -96,7 +96,9 @@ def closing_table(title: str, facts: Mapping[str, str], stages: Stages, *, strea
         table.add_row(f"{name}, s", f"{seconds:.2f}")
     table.add_row("all stages, s", f"{stages.total:.2f}")
     table.add_row("peak memory, MB", f"{peak_memory() / 1e6:,.0f}")
-    Console(file=stream).print(table)
+    console = Console(file=stream)
+    console.print(title, style="bold", markup=False, highlight=False)
+    console.print(table)
 
 
 @contextmanager

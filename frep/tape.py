@@ -17,7 +17,8 @@ from .field import Field
 from .ops import OPERATIONS
 
 WIDTH = 12
-"""Columns of an instruction: operation, output register, up to eight argument registers, data index, spare."""
+"""Columns of an instruction: operation, output register, up to eight argument registers, the data
+index of a leaf, and whether its coordinates are those of the grid, each along its own axis."""
 
 CODE = {name: i for i, name in enumerate(OPERATIONS)}
 _N = len(CODE)
@@ -156,7 +157,8 @@ def _instruction(node: Field, out: int, register: dict[Field, int], state: _Lowe
     elif node.op in _LEAF_CODE:
         state.leaves.append(node)
         head = [_LEAF_CODE[node.op], out, *(register[a] for a in node.args)]
-        head += [0] * (10 - len(head)) + [len(state.leaves) - 1]
+        separable = state.hoist and all(_is_hoisted(a) and a.axes == {axis} for axis, a in enumerate(node.args[:3]))
+        head += [0] * (10 - len(head)) + [len(state.leaves) - 1, int(separable)]
     else:
         head = [CODE[node.op], out, *(register[a] for a in node.args)]
     return head + [0] * (WIDTH - len(head))

@@ -1,7 +1,7 @@
 """Kernels over indexed triangles: sums over faces, and which faces share which edge.
 
-Everything is one counting pass over the corners, no sort: 8 M faces take a second or two and 0.4 GB. *Half-edge* `3 f + k`
-runs from corner `k` of face `f` to the next one.
+Everything is one counting pass over the corners, no sort: 8 M faces take a second or two and 0.4 GB. *Half-edge* `3 f
++ k` runs from corner `k` of face `f` to the next one.
 """
 
 from __future__ import annotations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -66,7 +67,7 @@ def gallery(
 
 
 def show(item: Entry, out: Path | None) -> None:
-    """Make an entry as it is shown: the closing table, the picture and, into `out`, the part."""
+    """Make an entry as it is shown: into `out` the part, the closing table, and the picture."""
     from frep.design import load_design
     from frep.job import make
     from frep.progress import Stages, closing_table, progress
@@ -81,9 +82,16 @@ def show(item: Entry, out: Path | None) -> None:
         if out is not None:
             with progress("writing"):
                 made.mesh.save(folder / f"{item.name}.stl")
-        render(made.mesh, folder / f"{item.name}.png", size=SIZE, title=design.title)
     closing_table(design.title, made.facts(), stages)
-    print(f"wrote {folder / item.name}{'.stl, .png' if out is not None else '.png'}\n")
+
+    drawn = made.mesh
+    if item.cut:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the whole part has given them
+            drawn = make(load_design(item.path, {**item.shown, **item.cut})).mesh
+    picture = folder / f"{item.name}.png"
+    render(drawn, picture, size=SIZE, title=design.title)
+    print(f"wrote {picture}{'' if out is None else ' and .stl'}\n")
 
 
 def make_compared(item: Entry, folder: Path) -> None:

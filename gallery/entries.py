@@ -20,13 +20,15 @@ class Entry:
         name: of the picture and of the baseline.
         script: the design file in this folder, without its suffix.
         shown: parameters for the picture, beyond the script's defaults.
-        compared: parameters for the comparison; smaller or coarser, so that a check takes seconds.
+        cut: further parameters for the picture only: the table and the file are of the whole part.
+        compared: parameters for the comparison, picture and numbers; smaller, so that a check takes seconds.
         needs: a file that is not part of the repository.
     """
 
     name: str
     script: str
     shown: Mapping[str, str] = field(default_factory=dict)
+    cut: Mapping[str, str] = field(default_factory=dict)
     compared: Mapping[str, str] = field(default_factory=dict)
     needs: Path | None = None
 
@@ -47,13 +49,14 @@ _BUNNY = _DATA / "bunny.ply"
 
 ENTRIES = (
     Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
-    Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60", "voxel": "0.5"}),
-    Entry("infill", "infill", compared={"size": "100", "cell": "8", "voxel": "0.4"}),
+    Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60"}),
+    Entry("infill", "infill", cut={"cut": "z"}, compared={"size": "100", "cut": "z"}),
     Entry(
         "infill_bunny",
         "infill",
         shown={"body": str(_BUNNY), "size": "120"},
-        compared={"body": str(_BUNNY), "size": "60", "cell": "8", "voxel": "0.4"},
+        cut={"cut": "z"},
+        compared={"body": str(_BUNNY), "size": "60", "cut": "z"},
         needs=_BUNNY,
     ),
 )

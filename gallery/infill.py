@@ -12,6 +12,7 @@ cell = 8.0
 skin = 1.2
 thin, thick, depth = 0.8, 1.6, 10.0  # mm: the walls deep inside and at the skin, and how far in they thin out
 voxel = 0.4
+cut = ""  # "x", "y" or "z": leave out the upper half along that axis, to look inside
 title = "Gyroid infill graded by the distance to the skin"
 
 solid = frep.load(examples.planefile if body == "airplane.ply" else body)
@@ -21,4 +22,6 @@ cells = round(extent.prod() * (size / extent.max() / cell) ** 3)  # of the box r
 
 inward = abs(distance_to(solid))  # mm
 wall = thin + (thick - thin) * frep.clip(1 - inward / depth, 0, 1)
-part = (solid - solid.offset(-skin)) | (solid & tpms.gyroid(cell=cell).sheet(wall))
+part = solid.shell(skin) | (solid & tpms.gyroid(cell=cell).sheet(wall))
+if cut:
+    part = part & frep.half_space([axis == cut for axis in "xyz"], solid.bounds.mean(axis=0))

@@ -100,13 +100,13 @@ def test_no_import_circles():
 
 
 def test_design_files_are_short():
-    """A gallery script is read before it is run: twenty lines of code at most."""
+    """A gallery script is read before it is run: two dozen lines at most."""
     for path in (ROOT / "gallery").glob("*.py"):
         if not path.name.startswith("_") and "part =" in path.read_text():
             code = [
                 line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith("#")
             ]
-            assert len(code) <= 20, f"{path.name} has {len(code)} lines"
+            assert len(code) <= 24, f"{path.name} has {len(code)} lines"
 
 
 def readme() -> str:

@@ -1,11 +1,13 @@
 """Beams as exact solids through OpenCASCADE: the pieces, their union, and the proof that it is right.
 
 OpenCASCADE's union of many tangled cylinders is slow and, worse, sometimes wrong while it says "valid": a face lost, a
-fifth of the volume gone. So the union is cut into *knots*, half beams round one node that touch the next knot only in a flat
-disc; each knot is small, its volume is checked against the signed distance, and other tolerances are tried until it
-agrees. Knots are then glued, which needs no intersection. Knots that overlap are made as one.
+fifth of the volume gone. So the union is cut into *knots*, half beams round one node that touch the next knot only in
+a flat disc; each knot is small, its volume is checked against the signed distance, and other tolerances are tried
+until it agrees. Knots are then glued, which needs no intersection. Knots that overlap are made as one.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# (OCP is a compiled module whose stubs pyright does not find.)
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
@@ -71,14 +73,15 @@ class Pieces:
     def volume(self, clip: Box | None) -> float:
         """Volume of the union within `clip`, to about 0.1 %.
 
-        Points spread evenly in each piece, each worth its share of the piece divided by the number of pieces it lies in:
-        only overlaps and cuts carry an error.
+        Points spread evenly in each piece, each worth its share of the piece divided by the number of pieces it lies
+        in: only overlaps and cuts carry an error.
         """
         m = int(np.cbrt(max(1000, 640_000 // (len(self.start) + len(self.center)))))
         random = np.random.default_rng(0)
 
         def numbers() -> list[Array]:
-            """Three numbers in [0, 1), one random triple in each cell of a grid: far less noise than plain random ones."""
+            """Three numbers in [0, 1), one random triple in each cell of a grid: far less noise than plain random
+            ones."""
             return [(i.ravel() + random.random(m**3)) / m for i in np.indices((m, m, m))]
 
         total = 0.0
@@ -103,7 +106,11 @@ def _spread_in_cone(start, end, start_radius, end_radius, seam, u, v, w) -> tupl
     height = float(np.linalg.norm(axis))
     # The volume up to radius r grows as its cube along the cone, evenly along a cylinder.
     slope = end_radius - start_radius
-    t = u if abs(slope) < 1e-9 else (np.cbrt(start_radius**3 + u * (end_radius**3 - start_radius**3)) - start_radius) / slope
+    t = (
+        u
+        if abs(slope) < 1e-9
+        else (np.cbrt(start_radius**3 + u * (end_radius**3 - start_radius**3)) - start_radius) / slope
+    )
     across = np.cross(axis / height, seam)
     distance = (start_radius + slope * t) * np.sqrt(v)
     spokes = np.cos(2 * np.pi * w)[:, None] * seam + np.sin(2 * np.pi * w)[:, None] * across
@@ -156,8 +163,8 @@ def unite(pieces: Pieces, clip: Box | None, what: str) -> Any:
         if shape is not None and is_valid(shape) and abs(volume(shape) / expected - 1) < _VOLUME_TOLERANCE:
             return shape
     raise BrepError(
-        f"{what}: OpenCASCADE makes no correct union of them. Change the radii or the clip box by a few per cent, or write "
-        "a faceted STEP file (from a mesh)"
+        f"{what}: OpenCASCADE makes no correct union of them. Change the radii or the clip box by a few per cent, "
+        "or write a faceted STEP file (from a mesh)"
     )
 
 
@@ -176,7 +183,8 @@ def glue(shapes: Sequence[Any], what: str) -> Any:
 
 
 def fuse(shapes: Sequence[Any], *, glue: str = "", fuzzy: float = 0.0) -> Any:
-    """OpenCASCADE's union; None where it fails. `glue` is "", "shift" (parts of faces touch) or "full" (whole faces)."""
+    """OpenCASCADE's union; None where it fails. `glue` is "", "shift" (parts of faces touch) or "full" (whole
+    faces)."""
     from OCP.BOPAlgo import BOPAlgo_GlueEnum
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
 

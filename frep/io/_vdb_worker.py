@@ -1,9 +1,10 @@
 """The half of `frep.io.vdb` that talks to OpenVDB. It needs numpy and `openvdb` (or `pyopenvdb`), nothing of `frep`.
 
-Another interpreter runs it as a script: `python _vdb_worker.py probe`, `... write grid.npz out.vdb`, `... read in.vdb grid.npz`.
-It keeps to Python 3.8 and numpy 1, for that interpreter may be an old one.
+Another interpreter runs it as a script: `python _vdb_worker.py probe`, `... write grid.npz out.vdb`, `... read in.vdb
+grid.npz`. It keeps to Python 3.8 and numpy 1, for that interpreter may be an old one.
 """
 
+# pyright: reportMissingImports=false
 import sys
 
 if __name__ == "__main__":
@@ -70,14 +71,21 @@ def write(path, name, origin, voxel, background, table, leaves, values):
             accessor.setValueOff(tuple(int(c) for c in corner + at), float(wanted[tuple(at)]))
     grid.prune()
     vdb.write(path, grids=[grid])
+    # OpenVDB says nothing about a full disk. Read the file again; the extremes touch every value.
+    try:
+        same = vdb.read(path, name).evalMinMax() == grid.evalMinMax()
+    except Exception as error:
+        raise OSError("the file came out incomplete; is the disk full? (" + str(error) + ")") from None
+    if not same:
+        raise OSError("the file came out incomplete; is the disk full?")
 
 
 def runs(table, kind):
     """Boxes of samples (first, last), one for each run of blocks of a kind along the last axis."""
-    is_kind = np.zeros(table.shape[:2] + (table.shape[2] + 2,), np.int8)
+    is_kind = np.zeros((*table.shape[:2], table.shape[2] + 2), np.int8)
     is_kind[:, :, 1:-1] = table == kind
     step = np.diff(is_kind, axis=2)
-    for first, last in zip(np.argwhere(step == 1), np.argwhere(step == -1)):
+    for first, last in zip(np.argwhere(step == 1), np.argwhere(step == -1)):  # noqa: B905
         begin = LEAF * first
         yield tuple(int(c) for c in begin), (int(begin[0]) + 7, int(begin[1]) + 7, int(LEAF * last[2]) - 1)
 
@@ -117,7 +125,7 @@ def read(path):
         bricks = dense.reshape(n_brick, LEAF, n_brick, LEAF, n_brick, LEAF).transpose(0, 2, 4, 1, 3, 5)
         bricks = bricks[tuple(slice(0, n) for n in shape - block)]
         band = (np.abs(bricks) < far).any(axis=(3, 4, 5))
-        window = tuple(slice(b, b + n) for b, n in zip(block, band.shape))
+        window = tuple(slice(b, b + n) for b, n in zip(block, band.shape))  # noqa: B905
         table[window] = np.where(bricks[..., 0, 0, 0] < 0, -2, -1)
         leaves.append(np.argwhere(band) + block)
         values.append(bricks[band])

@@ -1,8 +1,8 @@
 """Whole files or none: every file of the project is written through `replacing`.
 
-Promises: until the new file is complete the old one is untouched, under its name; after a failure of any kind (no space,
-an exception, Ctrl-C) the old file is still there and nothing else is left behind. It does not promise that the new file
-survives a power cut (that takes `durable=True`), nor can it clean up after a killed process.
+Promises: until the new file is complete the old one is untouched, under its name; after a failure of any kind (no
+space, an exception, Ctrl-C) the old file is still there and nothing else is left behind. It does not promise that the
+new file survives a power cut (that takes `durable=True`), nor can it clean up after a killed process.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         The absolute path of the file itself.
 
     Raises:
-        FileError: its folder does not exist or admits no new file, or the path is a folder, a device, or write-protected.
+        FileError: its folder does not exist or admits no new file, or the path is a folder, a device, or
+            write-protected.
     """
     target = Path(os.path.realpath(path))
     folder = target.parent
@@ -41,7 +42,9 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         if target.is_dir():
             raise FileError(f"path: cannot write {str(path)!r}: it is a folder; give a file name")
         if not stat.S_ISREG(target.stat().st_mode):
-            raise FileError(f"path: cannot write {str(path)!r}: it is a device or a pipe; give the name of a plain file")
+            raise FileError(
+                f"path: cannot write {str(path)!r}: it is a device or a pipe; give the name of a plain file"
+            )
         if not os.access(target, os.W_OK):
             raise FileError(f"path: cannot write {str(path)!r}: the file there is write-protected")
     return target
@@ -51,8 +54,9 @@ def check_target(path: str | os.PathLike[str]) -> Path:
 def replacing(path: str | os.PathLike[str], *, durable: bool = False) -> Iterator[Path]:
     """Give the caller a temporary file to fill, then put it in the place of `path` in one step.
 
-    The temporary file lies in the same folder (so that the step is a rename) and carries the same suffix (so that a library
-    which goes by the suffix writes the right format). It exists and is empty on entry; open it, or hand its name on.
+    The temporary file lies in the same folder (so that the step is a rename) and carries the same suffix (so that a
+    library which goes by the suffix writes the right format). It exists and is empty on entry; open it, or hand its
+    name on.
 
     Args:
         path: the file to be written.
@@ -62,8 +66,8 @@ def replacing(path: str | os.PathLike[str], *, durable: bool = False) -> Iterato
         The path of the temporary file.
 
     Raises:
-        FileError: `path` cannot be written (see `check_target`), or writing failed: no space, no permission. The old file
-            is intact then, as it is after any other exception, which passes through.
+        FileError: `path` cannot be written (see `check_target`), or writing failed: no space, no permission. The old
+            file is intact then, as it is after any other exception, which passes through.
     """
     target = check_target(path)
     temporary = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(6)}{target.suffix}")
@@ -76,7 +80,7 @@ def replacing(path: str | os.PathLike[str], *, durable: bool = False) -> Iterato
                 shutil.copymode(target, temporary)
             if durable:
                 _flush_to_disk(temporary)
-            os.replace(temporary, target)
+            temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)
     except FileError:

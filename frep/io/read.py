@@ -1,12 +1,13 @@
 """Any triangle mesh file becomes a `Mesh`, or an error that says what is wrong with it.
 
-VTK reads the formats; it answers a damaged file with a warning on the terminal and half a mesh. Here the warning becomes
-the error, and what a header promises is compared with what the file holds.
+VTK reads the formats; it answers a damaged file with a warning on the terminal and half a mesh. Here the warning
+becomes the error, and what a header promises is compared with what the file holds.
 """
 
 from __future__ import annotations
 
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,10 @@ READABLE_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".vtk", ".vtp", ".vtu", ".g
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read the surface in a mesh file as triangles.
 
-    Polygons are split; of volume cells the outer skin is taken; lines and loose points are dropped. Coordinates are used as
-    they are, whatever unit the file was made in. STL shares no vertices, so those at exactly one place become one, and
-    triangles that collapse by it are dropped; glTF likewise. ASCII PLY coordinates are rounded to float32 by the reader.
+    Polygons are split; of volume cells the outer skin is taken; lines and loose points are dropped. Coordinates are
+    used as they are, whatever unit the file was made in. STL shares no vertices, so those at exactly one place become
+    one, and triangles that collapse by it are dropped; glTF likewise. ASCII PLY coordinates are rounded to float32 by
+    the reader.
 
     Args:
         path: a file that ends in one of `READABLE_SUFFIXES`, in capitals or not.
@@ -112,7 +114,9 @@ def _surface(dataset: Any, *, merge: bool = False) -> Mesh:
     import pyvista as pv
 
     if isinstance(dataset, (pv.ImageData, pv.RectilinearGrid)):
-        raise _Damaged(f"it holds {type(dataset).__name__} (an image of {tuple(dataset.dimensions)} samples), no surface")
+        raise _Damaged(
+            f"it holds {type(dataset).__name__} (an image of {tuple(dataset.dimensions)} samples), no surface"
+        )
     if isinstance(dataset, pv.MultiBlock):
         dataset = dataset.combine()
     if not isinstance(dataset, pv.DataSet):
@@ -256,7 +260,8 @@ def _walk_ply(file: Path, order: str, elements, start: int) -> None:
 
 
 def _read_obj(file: Path) -> Mesh:
-    """The vertices as the file shares them (VTK splits them at every texture seam and crease); polygons split as fans."""
+    """The vertices as the file shares them (VTK splits them at every texture seam and crease); polygons split as
+    fans."""
     points: list[tuple[float, float, float]] = []
     faces: list[tuple[int, int, int]] = []
     number = 0
@@ -272,7 +277,7 @@ def _read_obj(file: Path) -> Mesh:
                     corners = [n - 1 if n > 0 else len(points) + n for n in numbers]
                     if len(corners) < 3 or 0 in numbers:
                         raise ValueError("a face needs three vertices, numbered from 1")
-                    faces += [(corners[0], b, c) for b, c in zip(corners[1:], corners[2:], strict=False)]
+                    faces += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
     except ValueError as error:
         raise _Damaged(f"line {number} makes no sense ({error})") from error
     if not points:
@@ -299,7 +304,7 @@ def _read_off(file: Path) -> Mesh:
             corners = [int(word) for word in words[at + 1 : at + 1 + int(words[at])]]
             if len(corners) != int(words[at]):
                 raise ValueError
-            faces += [(corners[0], b, c) for b, c in zip(corners[1:], corners[2:], strict=False)]
+            faces += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
             at += 1 + len(corners)
         return Mesh(points, np.array(faces, np.int64).reshape(-1, 3))
     except (ValueError, IndexError, UnicodeDecodeError, FrepError) as error:

@@ -1,10 +1,12 @@
 """STEP files for CAD: small beam lattices as exact solids, any closed mesh as a faceted one.
 
-Promises: one valid solid where the lattice hangs together (else a compound), made of cylinders, cones, spheres and planes,
-whose volume has been checked against the beams it was made from. It is for parts of tens to hundreds of beams; a CAD
-program would choke on more.
+Promises: one valid solid where the lattice hangs together (else a compound), made of cylinders, cones, spheres and
+planes, whose volume has been checked against the beams it was made from. It is for parts of tens to hundreds of beams;
+a CAD program would choke on more.
 """
 
+# pyright: reportAttributeAccessIssue=false
+# (OCP is a compiled module whose stubs pyright does not find.)
 from __future__ import annotations
 
 import os
@@ -42,8 +44,8 @@ def write_beams_step(
 ) -> None:
     """Write beams as one exact solid: a cylinder or cone a beam, a ball a node.
 
-    A node's ball is as large as the thickest beam that ends there, or as `node_radii` where that is larger, so that joints
-    are closed and free ends round.
+    A node's ball is as large as the thickest beam that ends there, or as `node_radii` where that is larger, so that
+    joints are closed and free ends round.
 
     Args:
         path: file name.
@@ -63,8 +65,8 @@ def write_beams_step(
     box = None if clip is None else _checked_box(clip)
     if len(pairs) > MAX_BEAMS:
         raise TooLargeError(
-            f"edges: {len(pairs):,} beams are too many for an exact STEP file, the limit is {MAX_BEAMS}; clip a smaller "
-            "part, or write a faceted one from a coarse mesh"
+            f"edges: {len(pairs):,} beams are too many for an exact STEP file, the limit is {MAX_BEAMS}; clip a "
+            "smaller part, or write a faceted one from a coarse mesh"
         )
     check_target(path)
     halves = _Halves(points, pairs, thickness, balls)
@@ -102,8 +104,8 @@ def write_cell_pattern_step(
 ) -> None:
     """Write whole cells of a periodic lattice, cut off flat at the outer cell faces, as one exact solid.
 
-    One cell is united and cut once, its copies are glued: a second or two for dozens of cells, where a general union takes
-    minutes. Beams of neighbouring cells that reach into the cell are taken along.
+    One cell is united and cut once, its copies are glued: a second or two for dozens of cells, where a general union
+    takes minutes. Beams of neighbouring cells that reach into the cell are taken along.
 
     Args:
         path: file name.
@@ -125,8 +127,8 @@ def write_cell_pattern_step(
         raise ArgumentError(f"counts: expected three whole numbers from 1 up, got {counts}")
     if int(np.prod(counts)) > MAX_CELLS:
         raise TooLargeError(
-            f"counts: {int(np.prod(counts)):,} cells are too many for an exact STEP file, the limit is {MAX_CELLS}; clip a "
-            "smaller part, or write a faceted one from a coarse mesh"
+            f"counts: {int(np.prod(counts)):,} cells are too many for an exact STEP file, the limit is {MAX_CELLS}; "
+            "clip a smaller part, or write a faceted one from a coarse mesh"
         )
     start = np.asarray(origin, np.float64)
     if start.shape != (3,) or not np.isfinite(start).all():
@@ -138,7 +140,9 @@ def write_cell_pattern_step(
     check_target(path)
 
     cell = _brep.unite(
-        _with_neighbours(points, pairs, thickness, balls, size), (np.zeros(3), size), "cell_edges: the beams of the cell"
+        _with_neighbours(points, pairs, thickness, balls, size),
+        (np.zeros(3), size),
+        "cell_edges: the beams of the cell",
     )
     if cell is None:
         raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
@@ -152,7 +156,7 @@ def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int 
     Args:
         path: file name.
         mesh: closed, manifold and oriented; vertices nearer than 1e-6 mm are joined first.
-        max_faces: refuse meshes of more triangles: the file has about 700 bytes a triangle, and CAD programs give up.
+        max_faces: refuse meshes of more triangles: the file has about 1 kB a triangle, and CAD programs give up.
 
     Raises:
         TooLargeError: more than `max_faces` triangles.
@@ -161,13 +165,15 @@ def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int 
     """
     if mesh.n_faces > max_faces:
         raise TooLargeError(
-            f"mesh: {mesh.n_faces:,} triangles are too many for a faceted STEP file, the limit is max_faces={max_faces:,}; "
-            "mesh with a larger voxel, or decimate first"
+            f"mesh: {mesh.n_faces:,} triangles are too many for a faceted STEP file, the limit is "
+            f"max_faces={max_faces:,}; mesh with a larger voxel, or decimate first"
         )
     mesh = _welded(mesh)
     report = mesh.check()
     if not report.printable or report.degenerate_faces:
-        raise FrepError(f"mesh: a STEP solid needs a closed, manifold, oriented mesh without flat triangles; it is\n{report}")
+        raise FrepError(
+            f"mesh: a STEP solid needs a closed, manifold, oriented mesh without flat triangles; it is\n{report}"
+        )
     check_target(path)
     shell = _faceted_solid(mesh.vertices, mesh.faces if mesh.volume > 0 else mesh.faces[:, ::-1])
     if not _brep.is_valid(shell):
@@ -269,7 +275,9 @@ def _with_neighbours(nodes: Array, edges, radii: Array, balls: Array, size: Arra
     """The beams and balls of the cell, and those of its 26 neighbours that add something inside it."""
     own = _cell_pieces(nodes, edges, radii, balls, [np.zeros(3)])
     shifts = [size * (np.array(index) - 1.0) for index in np.ndindex(3, 3, 3) if index != (1, 1, 1)]
-    grid = np.stack(np.meshgrid(*(np.linspace(0, length, 33) for length in size), indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = np.stack(np.meshgrid(*(np.linspace(0, length, 33) for length in size), indexing="ij"), axis=-1).reshape(
+        -1, 3
+    )
     left = grid[own.count_containing(grid) == 0]
     # A neighbour's beam that is also the cell's own (a cell may list shared ones) adds nothing.
     wanted = [own]
@@ -287,7 +295,9 @@ def _with_neighbours(nodes: Array, edges, radii: Array, balls: Array, size: Arra
     # Neighbours share beams and balls among themselves.
     ends = np.sort(np.round(np.stack([joined.start, joined.end], axis=1), 6), axis=1).reshape(len(joined.start), 6)
     beams = np.unique(ends + 0.0, axis=0, return_index=True)[1]
-    return _selected(joined, np.sort(beams), np.sort(np.unique(np.round(joined.center, 6) + 0.0, axis=0, return_index=True)[1]))
+    return _selected(
+        joined, np.sort(beams), np.sort(np.unique(np.round(joined.center, 6) + 0.0, axis=0, return_index=True)[1])
+    )
 
 
 def _cell_pieces(nodes: Array, edges, radii: Array, balls: Array, shifts: list[Array]) -> _brep.Pieces:
@@ -319,7 +329,9 @@ def _checked_beams(nodes, edges, radii, node_radii) -> tuple[Array, npt.NDArray[
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ArgumentError(f"nodes: expected finite coordinates of shape (n, 3), got shape {points.shape}")
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs) or pairs.dtype.kind not in "iu":
-        raise ArgumentError(f"edges: expected node numbers of shape (m, 2), m > 0, got {pairs.dtype} of shape {pairs.shape}")
+        raise ArgumentError(
+            f"edges: expected node numbers of shape (m, 2), m > 0, got {pairs.dtype} of shape {pairs.shape}"
+        )
     if pairs.min() < 0 or pairs.max() >= len(points):
         raise ArgumentError(f"edges: node numbers must be 0 to {len(points) - 1}, got {pairs.min()} to {pairs.max()}")
     if thickness.shape != pairs.shape:
@@ -344,7 +356,9 @@ def _checked_box(clip) -> _brep.Box:
     if low.shape != (3,) or high.shape != (3,) or not (np.isfinite(low).all() and np.isfinite(high).all()):
         raise ArgumentError(f"clip: expected two corners of three finite coordinates, got {clip}")
     if (high <= low).any():
-        raise ArgumentError(f"clip: the upper corner must lie above the lower one, got {low.tolist()} and {high.tolist()}")
+        raise ArgumentError(
+            f"clip: the upper corner must lie above the lower one, got {low.tolist()} and {high.tolist()}"
+        )
     return low, high
 
 
@@ -403,8 +417,13 @@ def _write(path: str | os.PathLike[str], shape: Any) -> None:
     Message.DefaultMessenger_s().ChangePrinters().Clear()
     writer = STEPControl_Writer()
     Interface_Static.SetCVal_s("write.step.unit", "MM")
-    Interface_Static.SetIVal_s("write.surfacecurve.mode", 0)  # readers make the curves on surfaces anew; a third smaller
-    if writer.Transfer(_brep.compound(parts), STEPControl_StepModelType.STEPControl_AsIs) != IFSelect_ReturnStatus.IFSelect_RetDone:
+    Interface_Static.SetIVal_s(
+        "write.surfacecurve.mode", 0
+    )  # readers make the curves on surfaces anew; a third smaller
+    if (
+        writer.Transfer(_brep.compound(parts), STEPControl_StepModelType.STEPControl_AsIs)
+        != IFSelect_ReturnStatus.IFSelect_RetDone
+    ):
         raise _brep.BrepError("OpenCASCADE cannot express the solid in STEP; write a faceted STEP file (from a mesh)")
     with replacing(path) as temporary:
         status = writer.Write(str(temporary))

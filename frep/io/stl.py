@@ -33,8 +33,9 @@ _CHUNK = 5_120
 def write_stl(path: str | os.PathLike[str], mesh: Mesh) -> None:
     """Write a binary STL file, whole or not at all.
 
-    Coordinates become float32, as the format has it: about 7 digits. A part at x = 1e6 mm is rounded to 0.06 mm, so move it
-    to the origin first, or save PLY or OBJ, which keep float64. The format shares no vertices between triangles.
+    Coordinates become float32, as the format has it: about 7 digits. A part at x = 1e6 mm is rounded to 0.06 mm, so
+    move it to the origin first, or save PLY or OBJ, which keep float64. The format shares no vertices between
+    triangles.
 
     Args:
         path: file name.
@@ -49,7 +50,7 @@ def write_stl(path: str | os.PathLike[str], mesh: Mesh) -> None:
         raise EmptyError("mesh: it has no faces; there is nothing to save")
     if mesh.n_faces >= 2**32:
         raise FileError(f"mesh: STL holds at most {2**32 - 1:,} triangles, this mesh has {mesh.n_faces:,}; save .ply")
-    if mesh.reach > np.finfo(np.float32).max:
+    if mesh.reach > float(np.finfo(np.float32).max):
         raise ArgumentError("mesh: STL holds float32 coordinates, at most 3.4e38 mm; a vertex lies beyond")
     with replacing(path) as temporary:
         with temporary.open("r+b", buffering=0) as file:
@@ -96,8 +97,8 @@ def _write_all(file, data) -> None:
         view = view[file.write(view) :]
 
 
-# 5 ns a triangle: nine float64 gathered, one square root, twelve stores of 4 bytes. Filling a small array and copying its
-# bytes took three times as long (wide loads behind narrow stores wait).
+# 5 ns a triangle: nine float64 gathered, one square root, twelve stores of 4 bytes. Filling a small array and copying
+# its bytes took three times as long (wide loads behind narrow stores wait).
 @kernel
 def _fill(vertices, faces, begin, end, out):
     """Fill `out` with the records of the faces `begin` to `end`; `unused` stays as it is."""

@@ -1,9 +1,9 @@
 """OpenVDB files: a sparse grid as a level set, and back.
 
-`SparseGrid` has OpenVDB's layout, so this is a copy. OpenVDB itself has no wheel for today's Python; what is used instead,
-in this order: the module `openvdb` or `pyopenvdb` of this interpreter, if a child process can import it (the Debian build
-crashes an interpreter with numpy 2); the interpreter named by `FREP_OPENVDB_PYTHON`; the distribution's own `python3`. The
-last two run a small worker, and the arrays travel in a temporary `.npz` file.
+`SparseGrid` has OpenVDB's layout, so this is a copy. OpenVDB itself has no wheel for today's Python; what is used
+instead, in this order: the module `openvdb` or `pyopenvdb` of this interpreter, if a child process can import it (the
+Debian build crashes an interpreter with numpy 2); the interpreter named by `FREP_OPENVDB_PYTHON`; the distribution's
+own `python3`. The last two run a small worker, and the arrays travel in a temporary `.npz` file.
 """
 
 from __future__ import annotations

@@ -73,7 +73,9 @@ def test_a_flipped_face_is_not_oriented():
 
 
 def test_two_solids_that_share_a_vertex_or_an_edge_are_not_manifold():
-    by_vertex = Mesh(np.vstack([TETRA_VERTICES, -TETRA_VERTICES[1:]]), np.vstack([TETRA, np.where(TETRA, TETRA + 3, 0)[:, ::-1]]))
+    by_vertex = Mesh(
+        np.vstack([TETRA_VERTICES, -TETRA_VERTICES[1:]]), np.vstack([TETRA, np.where(TETRA, TETRA + 3, 0)[:, ::-1]])
+    )
     report = by_vertex.check()
     assert report.closed
     assert not report.manifold

@@ -1,4 +1,5 @@
-"""`read_mesh`: every format gives the same solid, real files have their known faults, damaged files are refused aloud."""
+"""`read_mesh`: every format gives the same solid, real files have their known faults, damaged files are refused
+aloud."""
 
 from __future__ import annotations
 
@@ -47,8 +48,8 @@ def written(ball, folder: Path, name: str) -> Path:
 
 
 NAMES = [
-    "binary.stl", "ascii.stl", "binary.ply", "ascii.ply", "part.obj", "ascii.off", "binary.vtk", "ascii.vtk", "part.vtp",
-    "part.gltf",
+    "binary.stl", "ascii.stl", "binary.ply", "ascii.ply", "part.obj", "ascii.off", "binary.vtk", "ascii.vtk",
+    "part.vtp", "part.gltf",
 ]  # fmt: skip
 
 
@@ -84,7 +85,9 @@ def test_a_truncated_file_of_polygons_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", READABLE_SUFFIXES)
-@pytest.mark.parametrize("content", [b"", b"this is a text, no mesh\n" * 40, bytes(range(256)) * 40, b"\x89PNG\r\n\x1a\n" * 99])
+@pytest.mark.parametrize(
+    "content", [b"", b"this is a text, no mesh\n" * 40, bytes(range(256)) * 40, b"\x89PNG\r\n\x1a\n" * 99]
+)
 def test_other_content_under_a_mesh_suffix_is_refused(tmp_path, capfd, suffix, content):
     path = tmp_path / f"part{suffix}"
     path.write_bytes(content)

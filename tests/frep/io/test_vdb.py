@@ -133,6 +133,27 @@ def test_bad_grids_and_folders_are_refused_and_the_old_file_kept(tmp_path):
         vdb.write_vdb(tmp_path / "missing" / "part.vdb", grid)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are POSIX")
+def test_a_failing_write_of_openvdb_itself_is_noticed(tmp_path, openvdb):
+    """OpenVDB does not report a file that cannot grow; the worker must."""
+    exchange = tmp_path / "grid.npz"
+    grid = CASES["ball"]
+    np.savez(
+        exchange, name="ball", origin=grid.origin, voxel=grid.voxel, background=grid.background, table=grid.table,
+        leaves=grid.leaves, values=grid.values,
+    )  # fmt: skip
+    limited = (
+        "import resource, runpy, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000));"
+        "sys.argv = sys.argv[1:]; sys.path.insert(0, ''); runpy.run_path(sys.argv[0], run_name='__main__')"
+    )
+    done = subprocess.run(
+        [openvdb or sys.executable, "-c", limited, vdb._WORKER, "write", exchange, tmp_path / "part.vdb"],
+        capture_output=True, text=True, check=False, env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"},
+    )  # fmt: skip
+    assert done.returncode != 0
+    assert "incomplete" in done.stderr
+
+
 def test_without_a_provider_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setattr(vdb, "_answers", lambda *_: False)
     vdb._find_provider.cache_clear()
