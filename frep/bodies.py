@@ -151,9 +151,9 @@ def _solid(mesh: Mesh, voxel: float | None, label: str, stacklevel: int) -> Soli
     # Nodes outside the box of the mesh on all sides, by less than a coarse cell and more than a fine one.
     cells = np.ceil((hi - lo) / (FINE * voxel) + 0.5).astype(int)
     origin = 0.5 * (lo + hi) - 0.5 * FINE * voxel * cells
-    holes = _holes(faces)
     was = not found.oriented
     faces, flipped, pieces = _oriented(vertices, faces, turn=was)
+    holes = _holes(faces)
     with progress("distance to the body", total=0.75 * NODES * n_blocks + 3.0 * n_coarse) as advance:
         samples = sample_body((vertices - origin) / voxel, faces, (int(cells[0]), int(cells[1]), int(cells[2])), advance)
 

@@ -81,14 +81,22 @@ class Winding:
         self._advance = advance
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """(n,) winding numbers; zero outside the box of the triangles, where nothing can be inside."""
-        out = np.zeros(len(points))
-        within = np.flatnonzero(np.all((points > self._lo) & (points < self._hi), axis=1))
-        for part in _batches(within):
+        """(n,) winding numbers."""
+        out = np.empty(len(points))
+        for part in _batches(np.arange(len(points))):
             out[part] = self._tree.winding_number(np.ascontiguousarray(points[part]))
             if self._advance:
                 self._advance(len(part))
         return out
+
+    def within(self, points: np.ndarray) -> np.ndarray:
+        """(n,) whether points are in the box of the triangles. Open sheets one upon the other may wind round points beyond it,
+        which are outside all the same."""
+        return np.all((points > self._lo) & (points < self._hi), axis=1)
+
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        """(n,) whether points are inside."""
+        return (self.at(points) > 0.5) & self.within(points)
 
 
 class _Surface:
@@ -127,7 +135,8 @@ def sample_body(vertices: np.ndarray, faces: np.ndarray, cells: tuple[int, int, 
     """Signed distance, in fine cells, to the body that oriented triangles enclose.
 
     Args:
-        vertices: (n, 3) float64, in fine cells, within the grid.
+        vertices: (n, 3) float64, in fine cells, in the grid, clear of its border
+            by at least one fine cell and at most one coarse cell.
         faces: (m, 3) int64, oriented outward, none of zero area.
         cells: coarse cells along each axis.
         advance: told how many points have been evaluated.
@@ -140,7 +149,7 @@ def sample_body(vertices: np.ndarray, faces: np.ndarray, cells: tuple[int, int, 
     shape = tuple(n + 1 for n in cells)
     corners = FINE * np.indices(shape).reshape(3, -1).T.astype(float)
     coarse = surface.distance(corners).reshape(shape)
-    inside = (winding.at(corners) > 0.5).reshape(shape)
+    inside = winding.inside(corners).reshape(shape)
 
     field = _Blocks(cells)
     field.add(_near(surface, coarse) | _mixed(inside))
@@ -276,7 +285,7 @@ class _Blocks:
         number = np.zeros(len(flat), np.float32)
         number[spokesmen] = winding.at(_positions(self.cells, spokesmen))
         numbers = number[flat].reshape(group.shape)
-        self.inside[:] = numbers > 0.5
+        self._decide(winding, np.arange(len(self.cells)), numbers)
         if len(rims):
             slope = _steepest(self.centres, rims)
             change = 2.0 * HALF_DIAGONAL * slope + _NOISE  # nothing turns round a rim in a block clear of it
@@ -304,8 +313,16 @@ class _Blocks:
                 numbers = np.where(np.isnan(numbers) & apart & certain, near, numbers)
         self._ask(winding, cells, own & np.isnan(numbers), numbers)
         numbers = numbers.reshape(-1)[owner]
-        self.inside[which] = numbers > 0.5
+        self._decide(winding, which, numbers)
         return numbers
+
+    def _decide(self, winding: Winding, which: np.ndarray, numbers: np.ndarray) -> None:
+        self.inside[which] = numbers > 0.5
+        # Only the outermost cells reach beyond the box of the triangles.
+        last = np.array(self.table.shape) - 1
+        outer = which[np.any((self.cells[which] == 0) | (self.cells[which] == last), axis=1)]
+        points = _positions(self.cells[outer], np.arange(NODES * len(outer)))
+        self.inside[outer] &= winding.within(points).reshape(-1, NODES)
 
     @staticmethod
     def _ask(winding: Winding, cells: np.ndarray, nodes: np.ndarray, numbers: np.ndarray) -> None:
@@ -413,7 +430,9 @@ def _net_vertices(cells: np.ndarray, winding: Winding) -> np.ndarray:
     offsets = np.array(list(np.ndindex(2, 2, 2)))
     corners = (cells[:, None] + offsets).reshape(-1, 3)
     nodes, inverse = np.unique(corners, axis=0, return_inverse=True)
-    level = (winding.at(nodes.astype(float)) - 0.5)[inverse.reshape(-1)].reshape(-1, 8)
+    points = nodes.astype(float)
+    level = np.where(winding.within(points), winding.at(points), 0.0) - 0.5
+    level = level[inverse.reshape(-1)].reshape(-1, 8)
     total, count = np.zeros((len(cells), 3)), np.zeros(len(cells))
     for a in range(8):
         for b in range(a + 1, 8):
@@ -452,7 +471,7 @@ def _exposed(surface: _Surface, winding: Winding, field: _Blocks, numbers: np.nd
         point = _positions(field.cells, node)
         behind = surface.nearest(point) - point
         behind *= 1.0 + _PROBE / np.maximum(np.linalg.norm(behind, axis=1), 1e-3)[:, None]
-        still = (winding.at(point + behind) > 0.5) == field.inside.reshape(-1)[node]
+        still = winding.inside(point + behind) == field.inside.reshape(-1)[node]
         marked[tuple(field.cells[quiet[still]].T)] = True
     if not marked.any():
         return (vertices, faces), None, 0.0
@@ -463,8 +482,7 @@ def _exposed(surface: _Surface, winding: Winding, field: _Blocks, numbers: np.nd
     step = _PROBE * normal / np.maximum(twice, 1e-300)[:, None]
     middle = pieces.mean(axis=1)
     bounds = np.ones(len(pieces), bool)
-    front, back = winding.at((middle + step)[asked]), winding.at((middle - step)[asked])
-    bounds[asked] = (front > 0.5) != (back > 0.5)
+    bounds[asked] = winding.inside((middle + step)[asked]) != winding.inside((middle - step)[asked])
     if bounds.all():
         return (vertices, faces), None, 0.0
     # A triangle that is whole stays as it was; of the others the pieces go in.

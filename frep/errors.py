@@ -6,6 +6,10 @@ would be accepted. The subclasses let a script tell a bad request from a bad fil
 
 from __future__ import annotations
 
+import os
+import sys
+import warnings
+
 
 class FrepError(Exception):
     """Base of every error raised by `frep` on purpose."""
@@ -45,3 +49,13 @@ class MissingDependencyError(FrepError, ImportError):
 
 class ThinWallWarning(UserWarning):
     """A wall or beam is thinner than two voxels, so that the grid may tear it."""
+
+
+def warn(message: str, category: type[Warning]) -> None:
+    """Warn at the line of the user's script, however deep in the package the cause was found."""
+    package = os.path.dirname(__file__)
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
+        frame = frame.f_back
+        level += 1
+    warnings.warn(message, category, stacklevel=level - 1)

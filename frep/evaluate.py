@@ -31,6 +31,9 @@ from .tape import BEAMS, LOAD_EXTERNAL, LOAD_X, LOAD_Y, LOAD_Z, Tape, lower
 BLOCK = 512
 """Samples of a leaf, points of a batch: the length of a register."""
 
+_DATA_BATCH = 96
+"""Points of a batch where data leaves are asked: about the vertices of one leaf block."""
+
 _BOXES = 64
 """Boxes of an interval batch."""
 
@@ -162,13 +165,14 @@ def _blocks(code, n_registers, constants, outputs, tx, ty, tz, blocks, external,
 
 
 @parallel_kernel
-def _points(code, n_registers, constants, outputs, points, external, heads, fdata, idata, gdata, cutoffs, values):
-    for c in prange((len(points) + BLOCK - 1) // BLOCK):
-        start = c * BLOCK
-        n = min(BLOCK, len(points) - start)
-        regs = np.empty((n_registers, BLOCK), np.float64)
-        local = np.empty((4, BLOCK), np.float64)
-        rows = np.empty((CAPACITY, ROW), np.float64)
+def _points(code, n_registers, constants, outputs, points, batch, external, heads, fdata, idata, gdata, cutoffs, values):
+    capacity = CAPACITY if len(cutoffs) else 0
+    for c in prange((len(points) + batch - 1) // batch):
+        start = c * batch
+        n = min(batch, len(points) - start)
+        regs = np.empty((n_registers, batch), np.float64)
+        local = np.empty((4, batch), np.float64)
+        rows = np.empty((capacity, ROW), np.float64)
         for r in range(len(constants)):
             regs[3 + r, :] = constants[r]
         for i in range(n):
@@ -266,7 +270,9 @@ class Program:
     def at(self, points: np.ndarray) -> np.ndarray:
         """(k, n) float64 values of the k fields at (n, 3) points."""
         tape, data = self.tape(False)
-        order = _locality(points) if tape.leaves and len(points) > BLOCK else None
+        # Beams are listed for the ball round a batch, so that small batches test fewer of them.
+        batch = _DATA_BATCH if tape.leaves else BLOCK
+        order = _locality(points, batch) if tape.leaves and len(points) > batch else None
         if order is not None:
             points = points[order]
         external = np.empty((len(tape.externals), len(points)))
@@ -274,7 +280,7 @@ class Program:
             external[i] = node.data.call(_arguments(node, points))
         values = np.empty((len(self.fields), len(points)))
         _points(
-            tape.code, tape.n_registers, tape.constants, tape.outputs, points, external,
+            tape.code, tape.n_registers, tape.constants, tape.outputs, points, batch, external,
             data.heads, data.fdata, data.idata, data.gdata, data.cutoffs, values,
         )  # fmt: skip
         if order is not None:
@@ -367,16 +373,17 @@ def _axis_table(fields: tuple[Field, ...], axis: int, coordinates: np.ndarray, d
     return values_at(fields, points).astype(dtype)
 
 
-def _locality(points: np.ndarray) -> np.ndarray | None:
+def _locality(points: np.ndarray, batch: int) -> np.ndarray | None:
     """An order in which neighbouring points share batches; None where they already do."""
     lo, hi = points.min(axis=0), points.max(axis=0)
     if not np.all(np.isfinite(hi - lo)):
         return None
-    sample = points[: BLOCK * (len(points) // BLOCK)].reshape(-1, BLOCK, 3)[:: max(1, len(points) // (64 * BLOCK))]
+    batches = len(points) / batch
+    sample = points[: batch * (len(points) // batch)].reshape(-1, batch, 3)[:: max(1, int(batches) // 64)]
     spread = np.median(np.ptp(sample, axis=1), axis=0)
-    if np.all(spread <= 2.0 * (hi - lo) / max(1.0, (len(points) / BLOCK) ** (1 / 3))):
+    if np.all(spread <= 3.0 * (hi - lo) / max(1.0, batches ** (1 / 3))):
         return None
-    side = max(1, int((len(points) / BLOCK) ** (1 / 3)) * 2)
+    side = max(1, int(batches ** (1 / 3)) * 2)
     cell = np.minimum((points - lo) / np.where(hi > lo, hi - lo, 1.0) * side, side - 1).astype(np.int64)
     return np.argsort((cell[:, 0] * side + cell[:, 1]) * side + cell[:, 2], kind="stable")
 

@@ -79,10 +79,9 @@ class Mesh:
         """
         if not self.n_faces:
             raise EmptyError("mesh: it has no faces, therefore no bounds")
-        used = np.zeros(len(self.vertices), bool)
-        used[self.faces.reshape(-1)] = True
-        points = self.vertices if used.all() else self.vertices[used]
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        from frep.triangles import bounds_of_faces
+
+        return _read_only(bounds_of_faces(self.vertices, self.faces))
 
     @cached_property
     def _volume_and_area(self) -> tuple[float, float]:

@@ -55,13 +55,14 @@ class Lattice:
         return tuple(self.origin[a] + self.voxel * np.arange(LEAF * self.blocks[a]) for a in range(3))  # type: ignore
 
 
-def sample(field: Field, bounds: np.ndarray, voxel: float, *, extra_bytes: int = 0) -> SparseGrid:
+def sample(field: Field, bounds: np.ndarray, voxel: float, *, band: float = 0.0, extra_bytes: int = 0) -> SparseGrid:
     """Sample a field that is positive outside `bounds`.
 
     Args:
         field: negative inside.
         bounds: (2, 3) finite box that holds the solid.
         voxel: distance of the samples, mm.
+        band: also keep leaves whose samples come within this many voxels of the surface (for level-set files).
         extra_bytes: memory a leaf will need afterwards, for the estimate.
 
     Raises:
@@ -77,7 +78,7 @@ def sample(field: Field, bounds: np.ndarray, voxel: float, *, extra_bytes: int =
         lattice = Lattice.over(lo, hi, voxel)
         limits = cutoffs(field, lo - voxel, hi + voxel, _MARGIN * voxel)
         program = Program((field,), limits)
-        table = _classify(program, lattice)
+        table = _classify(program, lattice, band * voxel)
         leaves = np.argwhere(table == _LEAF_MARK).astype(np.int32)
         advance(1)
     _require_memory(len(leaves), voxel, extra_bytes)
@@ -105,7 +106,7 @@ def sample(field: Field, bounds: np.ndarray, voxel: float, *, extra_bytes: int =
     )
 
 
-def _classify(program: Program, lattice: Lattice) -> np.ndarray:
+def _classify(program: Program, lattice: Lattice, band: float = 0.0) -> np.ndarray:
     """The table of blocks: OUTSIDE, INSIDE, or _LEAF_MARK where the field may vanish within a voxel of the samples."""
     shape = np.array(lattice.blocks)
     table = np.full(lattice.blocks, OUTSIDE, np.int32)
@@ -113,8 +114,8 @@ def _classify(program: Program, lattice: Lattice) -> np.ndarray:
     boxes = np.argwhere(np.ones(np.ceil(shape / size).astype(int), bool))
     while True:
         low, high = _bounds_of(program, lattice, boxes, size)
-        inside = boxes[high < 0.0]
-        mixed = boxes[(low <= 0.0) & (high >= 0.0)]
+        inside = boxes[high < -band]
+        mixed = boxes[(low <= band) & (high >= -band)]
         _fill(table, inside, size, INSIDE)
         if size == 1:
             table[tuple(mixed.T)] = _LEAF_MARK

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 
-from .errors import ArgumentError, EmptyError, ThinWallWarning
+from .errors import ArgumentError, EmptyError, ThinWallWarning, warn
 from .field import Field
 from .grid import LEAF, SparseGrid
 from .sampling import sample
@@ -18,13 +17,19 @@ _DEFAULT_TOLERANCE = 1e-3
 
 
 def sample_solid(
-    solid: Solid, voxel: float | None, tolerance: float | None, *, extra_bytes: int = 0, quiet: bool = False
+    solid: Solid,
+    voxel: float | None,
+    tolerance: float | None,
+    *,
+    band: float = 0.0,
+    extra_bytes: int = 0,
+    quiet: bool = False,
 ) -> SparseGrid:
     """`Solid.sample`: validate, choose the voxel, sample, and look at the widths."""
     size = chosen_voxel(solid, voxel, tolerance)
     _require_positive_widths(solid)
     try:
-        grid = sample(solid.field, solid.bounds, size, extra_bytes=extra_bytes)
+        grid = sample(solid.field, solid.bounds, size, band=band, extra_bytes=extra_bytes)
     except EmptyError:
         raise EmptyError(explain_empty(solid, lambda part: _is_empty(part, solid.bounds, size))) from None
     if not quiet:
@@ -122,11 +127,10 @@ def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
         if width < thinnest:
             thinnest, what = width, feature.what
     if thinnest < 2.0 * grid.voxel * (1.0 - 1e-9):
-        warnings.warn(
+        warn(
             f"the thinnest {what} is {thinnest:.4g} mm, less than two voxels of {grid.voxel:.4g} mm: it may be torn; "
             f"a voxel of {0.5 * thinnest:.3g} mm resolves it",
             ThinWallWarning,
-            stacklevel=4,
         )
 
 

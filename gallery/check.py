@@ -115,4 +115,5 @@ def write_numbers(path: Path, values: Mapping[str, Any]) -> None:
     from frep.io.atomic import replacing
 
     with replacing(path) as temporary:
-        temporary.write_text(json.dumps(values, indent=1) + "\n")
+        lines = (f" {json.dumps(name)}: {json.dumps(value)}" for name, value in values.items())
+        temporary.write_text("{\n" + ",\n".join(lines) + "\n}\n")

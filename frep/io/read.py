@@ -267,7 +267,8 @@ def _read_obj(file: Path) -> Mesh:
     number = 0
     try:
         with file.open(encoding="utf-8", errors="replace") as lines:
-            for number, line in enumerate(lines, 1):
+            for line in lines:
+                number += 1
                 if line.startswith("v "):
                     x, y, z = line.split()[1:4]
                     points.append((float(x), float(y), float(z)))

@@ -21,7 +21,7 @@ from frep.jit import kernel
 if TYPE_CHECKING:
     from frep.mesh import Mesh
 
-RECORD = np.dtype([(name, "<f4") for name in "nx ny nz ax ay az bx by bz cx cy cz".split()] + [("unused", "<u2")])
+RECORD = np.dtype([(point + axis, "<f4") for point in "nabc" for axis in "xyz"] + [("unused", "<u2")])
 """One triangle of a binary STL file: normal, three corners, two bytes of nothing."""
 
 HEADER_BYTES = 84

@@ -131,7 +131,7 @@ def test_polygons_and_volume_cells_become_triangles():
     grid = pv.ImageData(dimensions=(4, 4, 4)).cast_to_unstructured_grid()
     assert Mesh.from_pyvista(grid).volume == pytest.approx(27.0)
     assert Mesh.from_pyvista(pv.MultiBlock([pv.Cube().clean()])).volume == pytest.approx(1.0)
-    with pytest.raises(ArgumentTypeError, match="pyvista.*int"):
+    with pytest.raises(ArgumentTypeError, match=r"pyvista.*int"):
         Mesh.from_pyvista(3)
 
 

@@ -90,7 +90,7 @@ def test_a_link_is_followed(tmp_path):
 
 
 def test_impossible_targets_are_refused_before_any_work(tmp_path):
-    with pytest.raises(FileError, match="no folder.*missing"):
+    with pytest.raises(FileError, match=r"no folder.*missing"):
         check_target(tmp_path / "missing" / "part.stl")
     with pytest.raises(FileError, match="it is a folder"):
         check_target(tmp_path)

@@ -131,7 +131,7 @@ def test_obj_polygons_negative_numbers_and_texture_seams(tmp_path):
     assert read_mesh(path).area == pytest.approx(1.0)
     assert len(read_mesh(path).vertices) == 4
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n")
-    with pytest.raises(FileError, match="faces.*0 to 2"):
+    with pytest.raises(FileError, match=r"faces.*0 to 2"):
         read_mesh(path)
     path.write_text("v 0 0 0\nv 1 0 zero\n")
     with pytest.raises(FileError, match="line 2"):

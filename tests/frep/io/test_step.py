@@ -101,7 +101,7 @@ def test_beam_order_direction_and_repetition_do_not_matter(tmp_path):
 def test_pattern_and_general_route_agree(tmp_path):
     """The same two BCC cells as copies of one cell and as one graph."""
     write_cell_pattern_step(tmp_path / "p.step", BCC_NODES, BCC_EDGES, 10, 1.0, 1.1, (2, 1, 1), origin=(0, 0, 100))
-    nodes = np.vstack([BCC_NODES, BCC_NODES + [10, 0, 0]]) + [0, 0, 100]
+    nodes = np.vstack([BCC_NODES, BCC_NODES + np.array([10, 0, 0])]) + np.array([0, 0, 100])
     nodes, number = np.unique(nodes, axis=0, return_inverse=True)
     edges = number.reshape(-1)[np.vstack([BCC_EDGES, BCC_EDGES + 9])]
     write_beams_step(
@@ -141,10 +141,10 @@ def test_limits_state_the_count_and_the_limit(tmp_path):
     edges = np.stack([np.arange(n), np.arange(n) + 1], axis=1)
     with pytest.raises(TooLargeError, match=f"{n} beams.*{MAX_BEAMS}.*faceted"):
         write_beams_step(tmp_path / "a.step", nodes, edges, np.full((n, 2), 0.1))
-    with pytest.raises(TooLargeError, match="1,000 cells.*512"):
+    with pytest.raises(TooLargeError, match=r"1,000 cells.*512"):
         write_cell_pattern_step(tmp_path / "a.step", BCC_NODES, BCC_EDGES, 10, 1.0, counts=(10, 10, 10))
     mesh = Mesh.from_pyvista(pv.Icosphere(nsub=2))
-    with pytest.raises(TooLargeError, match="320 triangles.*max_faces=100"):
+    with pytest.raises(TooLargeError, match=r"320 triangles.*max_faces=100"):
         write_faceted_step(tmp_path / "a.step", mesh, max_faces=100)
     assert not list(tmp_path.iterdir())
 

@@ -1,0 +1,137 @@
+"""`Solid.save`: which writer a suffix and a solid call for."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frep.errors import FileError
+from frep.io import MESH_SUFFIXES, save_mesh
+from frep.io.atomic import check_target
+from frep.progress import progress
+
+if TYPE_CHECKING:
+    from frep.solid import BeamDesign, Solid
+
+_STEP = (".step", ".stp")
+_VDB = ".vdb"
+SUFFIXES = (*MESH_SUFFIXES, *_STEP, _VDB)
+"""Suffixes that `Solid.save` writes."""
+
+_BAND = 3.0
+"""Half width of the narrow band of a level set, in voxels: what level-set tools expect."""
+
+
+def save_solid(
+    solid: Solid, path: str | os.PathLike[str], voxel: float | None, *, polish: bool = False, **options: Any
+) -> None:
+    """Write a solid in the format that the suffix names; see `Solid.save`."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise FileError(f"path: {os.fspath(path)!r} does not end in a known suffix; known are {', '.join(SUFFIXES)}")
+    check_target(path)
+    if suffix in _STEP:
+        _save_step(solid, path, voxel, polish, **options)
+    elif suffix == _VDB:
+        from frep.io.vdb import write_vdb
+        from frep.sizing import sample_solid
+
+        grid = sample_solid(solid, voxel, None, band=_BAND)
+        with progress("writing", total=1):
+            write_vdb(path, grid, **options)
+    else:
+        mesh = solid.mesh(voxel, polish=polish)
+        with progress("writing", total=1):
+            save_mesh(mesh, path)
+
+
+def _save_step(
+    solid: Solid, path: str | os.PathLike[str], voxel: float | None, polish: bool, *, max_faces: int | None = None
+) -> None:
+    from frep.io import step
+
+    design = solid.beams
+    with progress("STEP", total=1):
+        if design is not None and design.section == "circle" and not design.blended:
+            if _save_cells(design, path):
+                return
+            nodes, edges, radii, balls = explicit_beams(design)
+            if len(edges) <= step.MAX_BEAMS:
+                step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
+                return
+        mesh = solid.mesh(voxel, polish=polish)
+        step.write_faceted_step(path, mesh, step.MAX_FACES if max_faces is None else max_faces)
+
+
+def _box(design: BeamDesign) -> tuple[np.ndarray, np.ndarray] | None:
+    return None if design.clip is None else (design.clip[0], design.clip[1])
+
+
+def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
+    """Whole cells of one diameter: one cell is made and copied. False where the design is not that."""
+    from frep.io import step
+    from frep.skeleton import PeriodicSkeleton
+
+    skeleton, node = design.skeleton, design.node_diameter
+    if not isinstance(skeleton, PeriodicSkeleton) or design.clip is None:
+        return False
+    if design.diameter is None or not design.diameter.is_constant or not (node is None or node.is_constant):
+        return False
+    counts = (design.clip[1] - design.clip[0]) / skeleton.size
+    start = design.clip[0] / skeleton.size
+    whole = np.all(np.abs(counts - np.round(counts)) < 1e-9) and np.all(np.abs(start - np.round(start)) < 1e-9)
+    number = np.round(counts).astype(int)
+    if not whole or number.min() < 1 or int(number.prod()) > step.MAX_CELLS:
+        return False
+    if len(skeleton.edges) * int(number.prod()) > 8 * step.MAX_BEAMS:
+        return False
+    radius = 0.5 * design.diameter.data
+    ball = 0.0 if node is None else 0.5 * node.data
+    size = tuple(int(n) for n in number)
+    step.write_cell_pattern_step(
+        path, skeleton.nodes, skeleton.edges, skeleton.size, radius, ball, (size[0], size[1], size[2]), design.clip[0]
+    )
+    return True
+
+
+def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Every beam of a design that reaches into its clip box: nodes (n, 3), edges (m, 2), radii (m, 2), node radii (n,).
+
+    A diameter that is a Field is taken at the nodes; between them a beam tapers.
+    """
+    from frep.skeleton import PeriodicSkeleton
+
+    skeleton = design.skeleton
+    segments, nodes = skeleton.segments(), skeleton.nodes
+    ends = None if design.end_radii is None else design.end_radii[skeleton.edges]
+    if isinstance(skeleton, PeriodicSkeleton):
+        if design.clip is None:
+            raise ValueError("an infinite lattice has no explicit beams")
+        lo, hi = design.clip
+        widest = max((f.bounds(lo, hi)[1] for f in (design.diameter, design.node_diameter) if f is not None), default=0.0)
+        segments, ends = _unrolled(segments, ends, skeleton.size, lo - 0.5 * widest, hi + 0.5 * widest)
+    points = segments.reshape(-1, 3)
+    _, first, number = np.unique(np.round(points, 7), axis=0, return_index=True, return_inverse=True)
+    nodes = points[first]
+    edges = number.reshape(-1, 2)
+    radii = ends if ends is not None else 0.5 * design.diameter(nodes)[edges]  # type: ignore[misc]
+    balls = np.zeros(len(nodes)) if design.node_diameter is None else 0.5 * design.node_diameter(nodes)
+    return nodes, edges, np.asarray(radii), balls
+
+
+def _unrolled(segments: np.ndarray, ends: np.ndarray | None, size: np.ndarray, lo: np.ndarray, hi: np.ndarray):
+    """The segments of all periods whose box meets [lo, hi]."""
+    least, most = segments.min(axis=1), segments.max(axis=1)
+    found, radii = [], []
+    first = np.ceil((lo - most) / size).astype(int).min(axis=0)
+    last = np.floor((hi - least) / size).astype(int).max(axis=0)
+    for index in np.ndindex(*(last - first + 1)):
+        shift = (first + index) * size
+        meets = np.all((most + shift >= lo) & (least + shift <= hi), axis=1)
+        found.append(segments[meets] + shift)
+        if ends is not None:
+            radii.append(ends[meets])
+    return np.concatenate(found), None if ends is None else np.concatenate(radii)
