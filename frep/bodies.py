@@ -153,7 +153,7 @@ def _solid(mesh: Mesh, voxel: float | None, label: str, stacklevel: int) -> Soli
     origin = 0.5 * (lo + hi) - 0.5 * FINE * voxel * cells
     was = not found.oriented
     faces, flipped, pieces = _oriented(vertices, faces, turn=was)
-    holes = _holes(faces)
+    vertices, faces, holes, lids = _lidded(vertices, faces)
     with progress("distance to the body", total=0.75 * NODES * n_blocks + 3.0 * n_coarse) as advance:
         samples = sample_body((vertices - origin) / voxel, faces, (int(cells[0]), int(cells[1]), int(cells[2])), advance)
 
@@ -174,7 +174,7 @@ def _solid(mesh: Mesh, voxel: float | None, label: str, stacklevel: int) -> Soli
         inside_out=flipped == pieces,
         reoriented=was,
         buried=samples.buried,
-        lids=samples.lids,
+        lids=lids + samples.lids,
         voxel=voxel,
         fine_blocks=len(samples.blocks),
         memory=samples.nodes.nbytes + samples.table.nbytes + samples.blocks.nbytes,
@@ -266,20 +266,51 @@ def _single(faces: np.ndarray) -> np.ndarray:
     return np.concatenate([unique[balance > 0], unique[balance < 0][:, [0, 2, 1]]])
 
 
-def _holes(faces: np.ndarray) -> int:
-    """Groups of open edges that hang together."""
+def _lidded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """The mesh with a flat lid on every flat hole, the number of holes, and that of the triangles added.
+
+    A winding number of one half closes holes too, but bends the lid of one towards the others. A hole is a group of open edges
+    that hang together; a fan from any point closes it, and one in its plane closes a flat one exactly.
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     from .body_distance import open_edges
 
-    edges = open_edges(faces)
+    edges, beside = open_edges(faces)
     if not len(edges):
-        return 0
+        return vertices, faces, 0, 0
     points, ends = np.unique(edges, return_inverse=True)
     ends = ends.reshape(-1, 2)
     graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(len(points), len(points)))
-    return int(connected_components(graph, directed=False, return_labels=False))
+    n, of_point = connected_components(graph, directed=False)
+    hole = of_point[ends[:, 0]]
+
+    def total(values: np.ndarray) -> np.ndarray:
+        return np.stack([np.bincount(hole, column, n) for column in values.T], axis=1)
+
+    tail, head = vertices[edges[:, 0]], vertices[edges[:, 1]]
+    length = np.linalg.norm(head - tail, axis=1)
+    around = np.bincount(hole, length, n)
+    centre = total(0.5 * (tail + head) * length[:, None]) / around[:, None]
+    # Against the direction of the edges the lid is on the outside of the body.
+    normal = total(0.5 * np.cross(head - centre[hole], tail - centre[hole]))
+    area = np.linalg.norm(normal, axis=1)
+    normal /= np.maximum(area, 1e-300)[:, None]
+    bend = np.zeros(n)
+    np.maximum.at(bend, hole, np.abs(np.einsum("ij,ij->i", tail - centre[hole], normal[hole])))
+    # Beside the rim of an open sheet (not of a hole in a wall) the faces look the other way: no lid upon the sheet itself.
+    beside_normal = _normals(vertices, faces[beside])
+    beside_normal /= np.maximum(np.linalg.norm(beside_normal, axis=1), 1e-300)[:, None]
+    facing = np.bincount(hole, length * np.einsum("ij,ij->i", beside_normal, normal[hole]), n) / around
+    flat = (bend <= 1e-3 * np.sqrt(area)) & (area > 1e-3 * around**2) & (facing > -0.7)
+    fan = flat[hole]
+    lids = np.column_stack([edges[fan, 1], edges[fan, 0], len(vertices) + hole[fan]])
+    closed = np.concatenate([vertices, centre])
+    lids = lids[np.linalg.norm(_normals(closed, lids), axis=1) > 1e-12 * area[hole[fan]]]
+    used, corner = np.unique(lids[:, 2], return_inverse=True)
+    lids[:, 2] = len(vertices) + corner
+    return np.concatenate([vertices, closed[used]]), np.concatenate([faces, lids]), n, len(lids)
 
 
 def _oriented(vertices: np.ndarray, faces: np.ndarray, *, turn: bool) -> tuple[np.ndarray, int, int]:

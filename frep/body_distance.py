@@ -58,7 +58,7 @@ class BodySamples:
         nodes: (nx + 1, ny + 1, nz + 1) float32, coarse nodes.
         table: (nx, ny, nz) int32, fine block of each cell or -1.
         blocks: (m, 9, 9, 9) float32.
-        lids: triangles that close holes.
+        lids: triangles that close holes which were open in `faces`.
         buried: share of the area that was inside an overlap or in open sheets.
     """
 
@@ -154,7 +154,7 @@ def sample_body(vertices: np.ndarray, faces: np.ndarray, cells: tuple[int, int, 
     field = _Blocks(cells)
     field.add(_near(surface, coarse) | _mixed(inside))
     field.measure(surface, slice(None))
-    numbers = field.sign(winding, vertices[open_edges(faces)])
+    numbers = field.sign(winding, vertices[open_edges(faces)[0]])
 
     exposed, removed, share = _exposed(surface, winding, field, numbers)
     if removed is not None:
@@ -204,8 +204,11 @@ def _mixed(inside: np.ndarray) -> np.ndarray:
     return (count > 0) & (count < 8)
 
 
-def open_edges(faces: np.ndarray) -> np.ndarray:
-    """(k, 2) edges where the oriented triangles do not cancel: the boundary of the mesh as a chain."""
+def open_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 2) edges where the oriented triangles do not cancel, tail to head, and (k,) a face of each.
+
+    They are the boundary of the mesh as a chain, therefore closed loops whatever the triangles are.
+    """
     tail = faces.reshape(-1)
     head = np.roll(faces, -1, axis=1).reshape(-1)
     n = int(faces.max()) + 1 if len(faces) else 0
@@ -214,10 +217,12 @@ def open_edges(faces: np.ndarray) -> np.ndarray:
     order = np.argsort(key, kind="stable")
     starts = np.flatnonzero(np.diff(key[order], prepend=-1))
     if not len(starts):
-        return np.empty((0, 2), np.int64)
+        return np.empty((0, 2), np.int64), np.empty(0, np.int64)
     balance = np.add.reduceat(np.where(forward, 1, -1)[order], starts)
-    left = key[order][starts][balance != 0]
-    return np.stack([left // n, left % n], axis=1)
+    unmatched = balance != 0
+    left = key[order][starts][unmatched]
+    ends = np.stack([left // n, left % n], axis=1)
+    return np.where(balance[unmatched, None] > 0, ends, ends[:, ::-1]), order[starts][unmatched] // 3
 
 
 # --- the fine blocks ---------------------------------------------------------------------------------------------------

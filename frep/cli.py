@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from frep.design import Design
     from frep.mesh import Mesh
 
-PART_SUFFIXES = (".step", ".stp", ".vdb")
-"""Suffixes that a solid itself is saved as; the others are of its mesh."""
-
 Outputs = Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative="", consume_multiple=False)]
 Param = Annotated[list[str] | None, Parameter(name="--param", negative="", consume_multiple=False)]
 
@@ -99,15 +96,14 @@ def mesh(
     """
     from frep.io import MESH_SUFFIXES
     from frep.io.atomic import check_target
+    from frep.io.save import SUFFIXES
     from frep.job import make
     from frep.progress import Stages, closing_table, progress
 
     paths = output or [Path(f"{design.stem}.stl")]
     for path in paths:
-        if path.suffix.lower() not in (*MESH_SUFFIXES, *PART_SUFFIXES):
-            raise FileError(
-                f"output: {str(path)!r} has an unknown suffix; known: {', '.join((*MESH_SUFFIXES, *PART_SUFFIXES))}"
-            )
+        if path.suffix.lower() not in SUFFIXES:
+            raise FileError(f"output: {str(path)!r} has an unknown suffix; known: {', '.join(SUFFIXES)}")
         check_target(path)
 
     with Stages() as stages:

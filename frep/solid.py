@@ -86,7 +86,10 @@ class Solid:
         if bounds is None:
             limits = _EVERYWHERE
         else:
-            limits = np.array(bounds, dtype=float)
+            try:
+                limits = np.array(bounds, dtype=float)
+            except (TypeError, ValueError):
+                raise ArgumentError(f"bounds: expected ((x0, y0, z0), (x1, y1, z1)) in mm, got {bounds!r}") from None
             if limits.shape != (2, 3) or not np.all(limits[0] < limits[1]):
                 raise ArgumentError(f"bounds: expected ((x0, y0, z0), (x1, y1, z1)) with lower < upper, got {bounds!r}")
             if np.any(np.isfinite(limits)):
@@ -192,13 +195,10 @@ class Solid:
         """Turn by `angle` rad round `axis` ("x", "y", "z" or a vector) through `center`, right-handed."""
         from .primitives import _vector
 
-        u = np.eye(3)["xyz".index(axis)] if axis in ("x", "y", "z") else _vector(axis, "axis")
-        length = float(np.linalg.norm(u))
-        if length == 0.0 or not math.isfinite(angle):
-            raise ArgumentError(f"axis, angle: expected a vector that is not zero and a finite angle, got {axis!r}, {angle!r}")
-        u = u / length
+        u = _direction(axis, "axis")
+        turn = _real(angle, "angle", "rad")
         k = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
-        matrix = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
+        matrix = np.eye(3) + math.sin(turn) * k + (1.0 - math.cos(turn)) * k @ k
         matrix[np.abs(matrix) < 1e-15] = 0.0
         c = _vector(center, "center")
         return self._moved(matrix, c - matrix @ c, 1.0, "rotate")
@@ -207,11 +207,7 @@ class Solid:
         """Reflect in the plane through `point` with `normal` ("x", "y", "z" or a vector)."""
         from .primitives import _vector
 
-        n = np.eye(3)["xyz".index(normal)] if normal in ("x", "y", "z") else _vector(normal, "normal")
-        length = float(np.linalg.norm(n))
-        if length == 0.0:
-            raise ArgumentError("normal: expected a vector that is not zero")
-        n = n / length
+        n = _direction(normal, "normal")
         matrix = np.eye(3) - 2.0 * np.outer(n, n)
         p = _vector(point, "point")
         return self._moved(matrix, p - matrix @ p, 1.0, "mirror")
@@ -329,6 +325,31 @@ def _image_of_box(bounds: np.ndarray, matrix: np.ndarray, shift: np.ndarray) -> 
                 lo[i] += ends[0]
                 hi[i] += ends[1]
     return np.array([lo, hi])
+
+
+def _direction(value: Any, name: str) -> np.ndarray:
+    """A unit vector from "x", "y", "z" or three numbers."""
+    from .primitives import _vector
+
+    if isinstance(value, str) and value in ("x", "y", "z"):
+        return np.eye(3)["xyz".index(value)]
+    v = _vector(value, name)
+    length = float(np.linalg.norm(v))
+    if length == 0.0:
+        raise ArgumentError(f"{name}: expected a vector that is not zero")
+    return v / length
+
+
+def _real(value: Any, name: str, unit: str) -> float:
+    if isinstance(value, Field):
+        raise ArgumentTypeError(f"{name}: expected a number in {unit}, got the Field {value!r}")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"{name}: expected a number in {unit}, got {value!r}") from None
+    if not math.isfinite(number):
+        raise ArgumentError(f"{name}: expected a finite number in {unit}, got {value!r}")
+    return number
 
 
 def _width(value: FieldLike, name: str) -> Field:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ArgumentError
+from .errors import ArgumentError, ArgumentTypeError
 from .field import Field, FieldLike, as_field, constant
 from .skeleton import GraphSkeleton, Skeleton, beam_field
 from .solid import BeamDesign, Feature, Solid, _width
@@ -83,7 +83,10 @@ def _is_per_node(diameter: Any) -> bool:
 
 
 def _per_node(diameter: Any, skeleton: Skeleton) -> np.ndarray:
-    values = np.asarray(diameter, dtype=float)
+    try:
+        values = np.asarray(diameter, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"diameter: expected a number for each node, got {diameter!r}") from None
     if len(values) != len(skeleton.nodes):
         raise ArgumentError(f"diameter: expected one number for each of {len(skeleton.nodes)} nodes, got {len(values)}")
     if not np.all(np.isfinite(values) & (values > 0)):

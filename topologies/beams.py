@@ -67,8 +67,15 @@ class BeamTopology:
 
 
 def square(fillet: FieldLike = 0.0) -> Rectangle:
-    """A square section whose corners are rounded by `fillet` mm, a number or a Field: 0 is square, half the side a circle."""
-    return Rectangle(frep.as_field(fillet, "fillet"))
+    """A square section whose corners are rounded by `fillet` mm, a number or a Field: 0 is square, half the side a circle.
+
+    Raises:
+        ArgumentError: a negative fillet.
+    """
+    radius = frep.as_field(fillet, "fillet")
+    if radius.is_constant and radius.data < 0.0:
+        raise ArgumentError(f"fillet: expected a radius >= 0 mm, got {radius.data:g}")
+    return Rectangle(radius)
 
 
 def _array(value: Any, name: str, columns: int, dtype) -> np.ndarray:
@@ -88,11 +95,11 @@ def _nodes_and_edges(nodes: Any, edges: Any) -> tuple[np.ndarray, np.ndarray]:
     if not np.all(np.isfinite(n)):
         raise ArgumentError(f"nodes: expected finite coordinates, node {int(np.argwhere(~np.isfinite(n))[0, 0])} has none")
     raw = _array(edges, "edges", 2, float)
-    e = raw.astype(np.int64)
-    if np.any(e != raw):
+    if not np.all(raw == np.floor(raw)):
         raise ArgumentError("edges: expected whole node numbers")
-    if e.min() < 0 or e.max() >= len(n):
-        raise ArgumentError(f"edges: node numbers must lie in 0..{len(n) - 1}, got {e.min()} to {e.max()}")
+    if raw.min() < 0 or raw.max() >= len(n):
+        raise ArgumentError(f"edges: node numbers must lie in 0..{len(n) - 1}, got {raw.min():.0f} to {raw.max():.0f}")
+    e = raw.astype(np.int64)
     lengths = np.linalg.norm(n[e[:, 0]] - n[e[:, 1]], axis=1)
     scale = max(float(np.ptp(n, axis=0).max()), 1e-300)
     short = np.flatnonzero(lengths <= _MERGE * scale)

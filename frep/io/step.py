@@ -151,7 +151,7 @@ def write_cell_pattern_step(
 
 
 def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int = MAX_FACES) -> None:
-    """Write a closed mesh as a solid of flat triangles that share their edges.
+    """Write a closed mesh as solids of flat triangles that share their edges, one a component, with its voids.
 
     Args:
         path: file name.
@@ -175,10 +175,12 @@ def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int 
             f"mesh: a STEP solid needs a closed, manifold, oriented mesh without flat triangles; it is\n{report}"
         )
     check_target(path)
-    shell = _faceted_solid(mesh.vertices, mesh.faces if mesh.volume > 0 else mesh.faces[:, ::-1])
-    if not _brep.is_valid(shell):
+    if mesh.volume < 0:
+        mesh = type(mesh)(mesh.vertices, mesh.faces[:, ::-1])
+    shape = _brep.compound(_faceted_solids(mesh))
+    if not _brep.is_valid(shape):
         raise _brep.BrepError("mesh: OpenCASCADE finds the faceted solid invalid; it may cut through itself")
-    _write(path, shell)
+    _write(path, shape)
 
 
 class _Halves:
@@ -372,14 +374,63 @@ def _welded(mesh: Mesh) -> Mesh:
     return Mesh(mesh.vertices[first], faces[proper])
 
 
-def _faceted_solid(vertices: Array, faces: Any) -> Any:
+def _faceted_solids(mesh: Mesh) -> list[Any]:
+    """A solid for each outer shell, with the voids inside it."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Solid
+
+    from frep.mesh import Mesh
+
+    shells = [Mesh(mesh.vertices, mesh.faces[part]) for part in _components(mesh)]
+    outer = [s for s in shells if s.volume > 0]
+    held: list[list[Mesh]] = [[] for _ in outer]
+    for void in (s for s in shells if s.volume <= 0):
+        point = void.vertices[void.faces[0, 0]]
+        around = [i for i, s in enumerate(outer) if _winding(s, point) > 0.5]
+        if not around:
+            raise FrepError("mesh: a part of it is inside out (a void that no outer shell holds)")
+        held[min(around, key=lambda i: outer[i].volume)].append(void)
+    builder = BRep_Builder()
+    solids = []
+    for shell, voids in zip(outer, held, strict=True):
+        solid = TopoDS_Solid()
+        builder.MakeSolid(solid)
+        for part in (shell, *voids):
+            builder.Add(solid, _faceted_shell(part.vertices, part.faces))
+        solids.append(solid)
+    return solids
+
+
+def _components(mesh: Mesh) -> list[npt.NDArray[np.bool_]]:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = mesh.faces[:, [0, 1, 2]].ravel(), mesh.faces[:, [1, 2, 0]].ravel()
+    n = len(mesh.vertices)
+    _, label = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    of_face = label[mesh.faces[:, 0]]
+    return [of_face == number for number in np.unique(of_face)]
+
+
+def _winding(mesh: Mesh, point: Array) -> float:
+    """Winding number of a closed mesh round a point: 1 inside, 0 outside (van Oosterom and Strackee)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] - point for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+    below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+    return float(np.arctan2(triple, below).sum() / (2.0 * np.pi))
+
+
+def _faceted_shell(vertices: Array, faces: Any) -> Any:
     """Planes on shared edges: no sewing, every edge is made once and used in both directions."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
-    from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid, TopoDS_Wire
+    from OCP.TopoDS import TopoDS_Shell, TopoDS_Wire
 
     builder = BRep_Builder()
+    used, faces = np.unique(faces, return_inverse=True)
+    vertices, faces = vertices[used], faces.reshape(-1, 3)
     corners = [BRepBuilderAPI_MakeVertex(gp_Pnt(*row)).Vertex() for row in vertices.tolist()]
     edges: dict[tuple[int, int], Any] = {}
     shell = TopoDS_Shell()
@@ -398,10 +449,7 @@ def _faceted_solid(vertices: Array, faces: Any) -> Any:
         plane = gp_Pln(gp_Pnt(*corner), gp_Dir(*normal))
         builder.Add(shell, BRepBuilderAPI_MakeFace(plane, wire, True).Face())
     shell.Closed(True)
-    solid = TopoDS_Solid()
-    builder.MakeSolid(solid)
-    builder.Add(solid, shell)
-    return solid
+    return shell
 
 
 def _write(path: str | os.PathLike[str], shape: Any) -> None:
