@@ -2,8 +2,8 @@
 
 The kernels are what a patient engineer would write in numba for exactly this shape: float32, one pass, tables along the
 axes, each strut in its own box, threads over slabs of planes, no intermediate array. They know nothing of other shapes.
-Samples lie at `voxel * (i - 1)`; the outermost layer is a positive constant, the cheap way to close the mesh (its caps
-lie up to half a voxel outside the box; frep's lie on it).
+Samples lie at `voxel * (i - 0.5)`, where frep's lie; the outermost layer is a positive constant, the cheap way to close
+the mesh (its caps lie off the box by a part of a voxel; frep's lie on it).
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def _gyroid(s, c, level, out):
 
 def gyroid_samples(cells: int, cell: float, voxel: float, level: tuple[float, float]) -> np.ndarray:
     """`abs(F) - level` of a gyroid, the level linear along z from its first to its second value."""
-    n = round(cells * cell / voxel) + 3
-    x = voxel * (np.arange(n) - 1.0)
+    n = round(cells * cell / voxel) + 2
+    x = voxel * (np.arange(n) - 0.5)
     s, c = (f(x * (TAU / cell)).astype(np.float32) for f in (np.sin, np.cos))
     levels = np.interp(x, (0.0, cells * cell), level).astype(np.float32)
     out = np.empty((n, n, n), np.float32)
@@ -59,24 +59,24 @@ def _struts(a, b, voxel, radius, reach, blend, out):
         total = np.zeros(part.shape if blend > 0.0 else (1, 1, 1), np.float32)
         part[:] = np.float32(1e4)
         for s in range(len(a)):
-            i0 = max(first, math.ceil((min(a[s, 0], b[s, 0]) - reach) / voxel) + 1)
-            i1 = min(last, math.floor((max(a[s, 0], b[s, 0]) + reach) / voxel) + 2)
+            i0 = max(first, math.ceil((min(a[s, 0], b[s, 0]) - reach) / voxel + 0.5))
+            i1 = min(last, math.floor((max(a[s, 0], b[s, 0]) + reach) / voxel + 0.5) + 1)
             if i0 >= i1:
                 continue
-            j0 = max(1, math.ceil((min(a[s, 1], b[s, 1]) - reach) / voxel) + 1)
-            j1 = min(n - 1, math.floor((max(a[s, 1], b[s, 1]) + reach) / voxel) + 2)
-            k0 = max(1, math.ceil((min(a[s, 2], b[s, 2]) - reach) / voxel) + 1)
-            k1 = min(n - 1, math.floor((max(a[s, 2], b[s, 2]) + reach) / voxel) + 2)
+            j0 = max(1, math.ceil((min(a[s, 1], b[s, 1]) - reach) / voxel + 0.5))
+            j1 = min(n - 1, math.floor((max(a[s, 1], b[s, 1]) + reach) / voxel + 0.5) + 1)
+            k0 = max(1, math.ceil((min(a[s, 2], b[s, 2]) - reach) / voxel + 0.5))
+            k1 = min(n - 1, math.floor((max(a[s, 2], b[s, 2]) + reach) / voxel + 0.5) + 1)
             ux, uy, uz = b[s, 0] - a[s, 0], b[s, 1] - a[s, 1], b[s, 2] - a[s, 2]
             length = math.sqrt(ux * ux + uy * uy + uz * uz)
             ux, uy, uz = np.float32(ux / length), np.float32(uy / length), np.float32(uz / length)
             most, zero = np.float32(length), np.float32(0.0)
-            step, start = np.float32(voxel), np.float32(-voxel - a[s, 2])
+            step, start = np.float32(voxel), np.float32(-0.5 * voxel - a[s, 2])
             k_blend = np.float32(blend)
             for i in range(i0, i1):
-                x = np.float32((i - 1) * voxel - a[s, 0])
+                x = np.float32((i - 0.5) * voxel - a[s, 0])
                 for j in range(j0, j1):
-                    y = np.float32((j - 1) * voxel - a[s, 1])
+                    y = np.float32((j - 0.5) * voxel - a[s, 1])
                     along = x * ux + y * uy
                     for k in range(k0, k1):
                         z = start + step * np.float32(k)
@@ -113,8 +113,8 @@ def bcc_struts(cells: int, cell: float) -> tuple[np.ndarray, np.ndarray]:
 def bcc_samples(cells: int, cell: float, voxel: float, radius: tuple[float, float], blend: float = 0.0) -> np.ndarray:
     """Distance to BCC struts whose radius is linear along z; `blend` > 0 is the n-ary round union that frep has."""
     a, b = bcc_struts(cells, cell)
-    n = round(cells * cell / voxel) + 3
-    z = voxel * (np.arange(n) - 1.0)
+    n = round(cells * cell / voxel) + 2
+    z = voxel * (np.arange(n) - 0.5)
     radii = np.interp(z, (0.0, cells * cell), radius).astype(np.float32)
     out = np.empty((n, n, n), np.float32)
     # The samples next to the surface, half a cell's diagonal beyond it, must be right; farther ones may stay large.
@@ -136,7 +136,7 @@ def flying_edges(samples: np.ndarray, voxel: float) -> tuple[np.ndarray, np.ndar
     image = vtk.vtkImageData()
     image.SetDimensions(*samples.shape[::-1])
     image.SetSpacing(voxel, voxel, voxel)
-    image.SetOrigin(-voxel, -voxel, -voxel)
+    image.SetOrigin(-0.5 * voxel, -0.5 * voxel, -0.5 * voxel)
     image.GetPointData().SetScalars(numpy_to_vtk(samples.reshape(-1)))
     contour = vtk.vtkFlyingEdges3D()
     contour.SetInputData(image)
@@ -155,13 +155,12 @@ def skimage_cubes(samples: np.ndarray, voxel: float) -> tuple[np.ndarray, np.nda
     from skimage.measure import marching_cubes
 
     vertices, faces, _, _ = marching_cubes(np.pad(samples, 1, constant_values=0.5), 0.0, spacing=(voxel,) * 3)
-    return vertices, faces
+    return vertices - 0.5 * voxel, faces
 
 
 def grid(cells: int, cell: float, voxel: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Coordinates along the three axes, shaped to broadcast, float32: what a scientist would start with."""
-    n = round(cells * cell / voxel) + 1
-    x = np.linspace(0.0, cells * cell, n, dtype=np.float32)
+    x = voxel * (np.arange(round(cells * cell / voxel), dtype=np.float32) + np.float32(0.5))
     return x[:, None, None], x[:, None], x
 
 

@@ -21,7 +21,7 @@ def numpy_skimage(cells: int, level: tuple[float, float]) -> tuple[np.ndarray, n
     """Broadcast arrays and scikit-image's marching cubes."""
     x, y, z = (c * np.float32(2 * np.pi / CELL) for c in grid(cells, CELL, VOXEL))
     field = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
-    levels = np.interp(z, (z[0], z[-1]), level).astype(np.float32)
+    levels = np.interp(grid(cells, CELL, VOXEL)[2], (0.0, cells * CELL), level).astype(np.float32)
     return skimage_cubes(np.abs(field) - levels, VOXEL)
 
 

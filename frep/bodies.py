@@ -155,7 +155,9 @@ def _solid(mesh: Mesh, voxel: float | None, label: str, stacklevel: int) -> Soli
     faces, flipped, pieces = _oriented(vertices, faces, turn=was)
     vertices, faces, holes, lids = _lidded(vertices, faces)
     with progress("distance to the body", total=0.75 * NODES * n_blocks + 3.0 * n_coarse) as advance:
-        samples = sample_body((vertices - origin) / voxel, faces, (int(cells[0]), int(cells[1]), int(cells[2])), advance)
+        samples = sample_body(
+            (vertices - origin) / voxel, faces, (int(cells[0]), int(cells[1]), int(cells[2])), advance
+        )
 
     grid = SampledGrid(
         origin,
@@ -199,7 +201,9 @@ def _complaints(report: BodyReport) -> str:
     if report.reoriented:
         faults.append("faces that disagreed on which side is out have been turned")
     if report.buried >= 1e-3:
-        faults.append(f"{100 * report.buried:.1f} % of the area lies inside the body or bounds nothing and was left out")
+        faults.append(
+            f"{100 * report.buried:.1f} % of the area lies inside the body or bounds nothing and was left out"
+        )
     return "; ".join(faults)
 
 
@@ -246,7 +250,9 @@ def _cleaned(mesh: Mesh) -> tuple[np.ndarray, np.ndarray, MeshReport, int, int]:
     if found.duplicate_faces:
         faces = _single(faces)
     if not len(faces):
-        raise ArgumentError("mesh: all its faces have zero area or cancel out; expected triangles that enclose a volume")
+        raise ArgumentError(
+            "mesh: all its faces have zero area or cancel out; expected triangles that enclose a volume"
+        )
     return vertices, faces, found, duplicates, unused
 
 

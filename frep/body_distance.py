@@ -469,7 +469,7 @@ def _exposed(surface: _Surface, winding: Winding, field: _Blocks, numbers: np.nd
     marked = np.zeros(field.table.shape, bool)
     marked[tuple(field.cells[(numbers.max(axis=1) > 1.25) | (numbers.min(axis=1) < -0.25)].T)] = True
     same = ~field.inside.any(axis=1) | field.inside.all(axis=1)
-    quiet = np.flatnonzero(same & (field.distance.min(axis=1) < 0.5))
+    quiet = np.flatnonzero(same & (field.distance.min(axis=1) < 0.9))  # half the diagonal of a fine cell
     if len(quiet):
         # Most of these are only grazed, or hold a wall thinner than a cell: look behind the nearest triangle.
         node = NODES * quiet + field.distance[quiet].argmin(axis=1)

@@ -14,7 +14,7 @@ import numpy as np
 
 from .errors import ArgumentError, EmptyError, TooLargeError
 from .evaluate import BLOCK, Program, block_points, require_finite
-from .field import Field, topological
+from .field import Field, coordinates, topological
 from .grid import INSIDE, LEAF, OUTSIDE, SparseGrid
 from .progress import progress
 
@@ -152,8 +152,8 @@ def cutoffs(field: Field, lo: np.ndarray, hi: np.ndarray, margin: float) -> dict
     """For each data leaf, the value above which it need not be exact in order to find `field == 0` in a box.
 
     The range of values at which the result can cross zero is carried from the result to the leaves: through a minimum it
-    passes unchanged, through a sum it shifts by the other argument's bounds, elsewhere it becomes everything. `margin` is
-    added at the leaves, for the samples beside a crossing.
+    passes unchanged, through a sum it shifts by the other argument's bounds, elsewhere it becomes everything. `margin` (mm) is
+    added at the leaves, for the samples beside a crossing; where coordinates are stretched on their way to a leaf, more of it.
     """
     order = topological([field])
     leaves = [n for n in order if n.op in ("beams", "grid")]
@@ -168,7 +168,17 @@ def cutoffs(field: Field, lo: np.ndarray, hi: np.ndarray, margin: float) -> dict
                 a, b = (-math.inf if math.isnan(a) else a), (math.inf if math.isnan(b) else b)
                 had = wanted.get(argument, (math.inf, -math.inf))
                 wanted[argument] = (min(had[0], a), max(had[1], b))
-    return {n: wanted[n][1] + margin for n in leaves if n in wanted}
+    return {n: wanted[n][1] + margin * _stretch(n, lo, hi) for n in leaves if n in wanted}
+
+
+def _stretch(leaf: Field, lo: np.ndarray, hi: np.ndarray) -> float:
+    """How many mm of a leaf's own space one mm can become: a bound on the norm of its coordinates' Jacobian."""
+    where = leaf.args[:3]
+    if where == coordinates():
+        return 1.0
+    slopes = tuple(d for a in where for d in a.derivatives())
+    least, most = Program(slopes).bounds(lo[None], hi[None])
+    return float(np.sqrt(np.sum(np.maximum(np.abs(least), np.abs(most)) ** 2)))
 
 
 _ALL = (-math.inf, math.inf)
@@ -215,33 +225,37 @@ def _free_bytes() -> int:
     return int(psutil.virtual_memory().available)
 
 
-def _refuse(estimate: float, free: int, voxel: float) -> TooLargeError:
-    fits = voxel * math.sqrt(estimate / (0.8 * free)) * 1.05
+def _refuse(surface: float, table: float, free: int, voxel: float) -> TooLargeError:
+    """`surface` bytes grow as the surface in voxels, `table` bytes as the volume."""
+    fits = voxel * max(math.sqrt(surface / (0.7 * free)), (table / (0.2 * free)) ** (1 / 3))
     return TooLargeError(
-        f"voxel: at {voxel:g} mm the part needs about {estimate / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free; "
-        f"a voxel of {float(f'{fits:.2g}'):g} mm would fit"
+        f"voxel: at {voxel:g} mm the part needs about {(surface + table) / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free; "
+        f"a voxel of {float(f'{1.05 * fits:.2g}'):g} mm would fit"
     )
 
 
 def _require_memory(n_leaves: int, voxel: float, extra_bytes: int) -> None:
-    estimate, free = n_leaves * (SAMPLE_BYTES + extra_bytes), _free_bytes()
+    estimate, free = float(n_leaves) * (SAMPLE_BYTES + extra_bytes), _free_bytes()
     if estimate > 0.9 * free:
-        raise _refuse(estimate, free, voxel)
+        raise _refuse(estimate, 0.0, free, voxel)
 
 
 _LARGEST_TABLE = 3e7
 """Blocks that are classified without asking first: a table of 120 MB, some 2500 samples along each axis."""
 
+_TABLE_BYTES = 40
+"""Memory a block takes while it is classified."""
+
 
 def _require_memory_for_table(field: Field, lo, hi, voxel: float, extra_bytes: int) -> None:
     """Refuse before classifying when even the table of blocks is large: count the leaves of a coarse one and scale."""
-    with np.errstate(over="ignore"):
-        blocks = float(np.prod(np.ceil(((hi - lo) / voxel + 2) / LEAF)))
-    if blocks <= _LARGEST_TABLE:
+    block = LEAF * voxel
+    if float(np.sum(np.log(np.maximum((hi - lo) / block, 1.0)))) <= math.log(_LARGEST_TABLE):
         return
-    coarse = voxel * (blocks / 1e5) ** (1 / 3)
+    coarse = max(float(np.prod((hi - lo) / LEAF)) / 1e5, 1e-300) ** (1 / 3)
     table = _classify(Program((field,)), Lattice.over(lo, hi, coarse))
-    leaves = float(np.count_nonzero(table == _LEAF_MARK)) * (coarse / voxel) ** 2
-    estimate, free = leaves * (SAMPLE_BYTES + extra_bytes) + 40.0 * blocks, _free_bytes()
-    if estimate > 0.9 * free:
-        raise _refuse(estimate, free, voxel)
+    ratio = min(coarse / voxel, 1e60)
+    surface = float(np.count_nonzero(table == _LEAF_MARK)) * ratio**2 * (SAMPLE_BYTES + extra_bytes)
+    blocks, free = _TABLE_BYTES * float(table.size) * ratio**3, _free_bytes()
+    if surface + blocks > 0.9 * free:
+        raise _refuse(surface, blocks, free, max(voxel, coarse / 1e60))

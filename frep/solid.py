@@ -15,7 +15,19 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .errors import ArgumentError, ArgumentTypeError, EmptyError, UnboundedError
-from .field import Field, FieldLike, _points, as_field, coordinates, maximum, maximum_of, minimum_of, sqrt, square
+from .field import (
+    Field,
+    FieldLike,
+    _points,
+    as_field,
+    constant,
+    coordinates,
+    maximum,
+    maximum_of,
+    minimum_of,
+    sqrt,
+    square,
+)
 
 if TYPE_CHECKING:
     from .grid import SparseGrid
@@ -162,10 +174,7 @@ class Solid:
         Exact where the field is an exact distance; elsewhere the surface moves by at least that much.
         """
         d = as_field(distance, "distance")
-        grow = d.bounds(*self.bounds)[1] if not d.is_constant else d.data
-        if not math.isfinite(grow):
-            raise ArgumentError(f"distance: {d!r} has no upper limit over the solid's bounds")
-        bounds = self.bounds + max(grow, 0.0) * np.array([[-1.0], [1.0]])
+        bounds = grown(self.bounds, d, 1.0, "distance")
         return Solid._make(self.field - d, bounds, features=self.features, label="offset", operands=(self,))
 
     def shell(self, thickness: FieldLike, *, side: Literal["inner", "outer", "both"] = "inner") -> Solid:
@@ -372,6 +381,36 @@ def _solids(solids: Iterable[Any], name: str) -> list[Solid]:
     return found
 
 
+def grown(bounds: np.ndarray, law: Field, share: float, name: str) -> np.ndarray:
+    """Bounds that hold everything within `share` times the law's value of what the given ones hold.
+
+    The law counts where the material reaches, so the bounds grow until they hold; a law that grows as fast as it spreads
+    has no end.
+
+    Raises:
+        ArgumentError: the law has no upper limit there.
+    """
+    outward = np.array([[-1.0], [1.0]])
+    if share == 0.0:
+        return bounds
+    if law.is_constant:
+        return bounds + max(share * law.data, 0.0) * outward
+    reach = 0.0
+    for _ in range(_MOST_ROUNDS):
+        trial = bounds + reach * outward
+        found = max(share * law.bounds(*trial)[1], 0.0)
+        if found <= reach * (1.0 + 1e-9):
+            return trial
+        if not math.isfinite(found):
+            break
+        # A little more than found, so that a law of small slope settles in a few rounds.
+        reach = found + 0.5 * (found - reach) if reach else found
+    raise ArgumentError(f"{name}: {law!r} grows without limit beyond the solid, which then has no end; limit it with clip")
+
+
+_MOST_ROUNDS = 60
+
+
 def _features(solids: Iterable[Solid]) -> tuple[Feature, ...]:
     return tuple(dict.fromkeys(f for s in solids for f in s.features))
 
@@ -389,21 +428,17 @@ def round_minimum(fields: list[Field], radius: Field) -> Field:
     return maximum(radius, minimum_of(fields)) - sqrt(total)
 
 
-def _combine(solids: list[Solid], blend: FieldLike, sign: float) -> tuple[Field, float]:
-    """Union (sign 1) or intersection (sign -1) of fields, and how far material can bulge beyond them."""
-    radius = as_field(blend, "blend")
+def _combine(solids: list[Solid], radius: Field, sign: float) -> Field:
+    """Union (sign 1) or intersection (sign -1) of fields, with fillets of `radius`."""
     fields = [s.field for s in solids]
     if radius.is_constant:
         if radius.data < 0.0:
             raise ArgumentError(f"blend: expected a radius >= 0 mm, got {radius.data:g}")
         if radius.data == 0.0 or len(fields) == 1:
-            return (minimum_of(fields) if sign > 0 else maximum_of(fields)), 0.0
+            return minimum_of(fields) if sign > 0 else maximum_of(fields)
     if sign < 0:
-        return -round_minimum([-f for f in fields], radius), 0.0
-    lo, hi = np.min([s.bounds[0] for s in solids], axis=0), np.max([s.bounds[1] for s in solids], axis=0)
-    largest = radius.bounds(lo, hi)[1]
-    bulge = largest * (1.0 - 1.0 / math.sqrt(len(fields)))
-    return round_minimum(fields, radius), bulge if math.isfinite(bulge) else math.inf
+        return -round_minimum([-f for f in fields], radius)
+    return round_minimum(fields, radius)
 
 
 def union(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
@@ -416,20 +451,23 @@ def union(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
         True
     """
     parts = _solids(solids, "union")
-    field, bulge = _combine(parts, blend, 1.0)
+    radius = as_field(blend, "blend")
+    field = _combine(parts, radius, 1.0)
     bounds = np.array([np.min([s.bounds[0] for s in parts], axis=0), np.max([s.bounds[1] for s in parts], axis=0)])
-    bounds = bounds + bulge * np.array([[-1.0], [1.0]])
+    # Where n surfaces run side by side, their round union lies k (1 - 1 / sqrt n) outside them.
+    bounds = grown(bounds, radius, 1.0 - 1.0 / math.sqrt(len(parts)), "blend")
     return Solid._make(field, bounds, features=_features(parts), label="union", operands=tuple(parts))
 
 
 def intersection(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
     """What is in all of the solids; `blend` mm (a number or a Field) rounds the edges where they meet."""
     parts = _solids(solids, "intersection")
-    field, _ = _combine(parts, blend, -1.0)
+    radius = as_field(blend, "blend")
+    field = _combine(parts, radius, -1.0)
     bounds = np.array([np.max([s.bounds[0] for s in parts], axis=0), np.min([s.bounds[1] for s in parts], axis=0)])
     beams = None
     lattices = [s.beams for s in parts if s.beams is not None]
-    if len(lattices) == 1 and all(s.beams is not None or s._provenance.is_box for s in parts) and isinstance(blend, float):
+    if len(lattices) == 1 and all(s.beams is not None or s._provenance.is_box for s in parts) and radius is constant(0.0):
         beams = replace(lattices[0], clip=bounds)
     is_box = all(s._provenance.is_box for s in parts)
     return Solid._make(
@@ -440,7 +478,7 @@ def intersection(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
 def difference(first: Solid, *others: Solid, blend: FieldLike = 0.0) -> Solid:
     """What is in the first solid and in none of the others; `blend` mm rounds the new edges."""
     parts = _solids((first, *others), "difference")
-    field, _ = _combine([parts[0], *(~s for s in parts[1:])], blend, -1.0)
+    field = _combine([parts[0], *(~s for s in parts[1:])], as_field(blend, "blend"), -1.0)
     return Solid._make(field, parts[0].bounds, features=_features(parts), label="difference", operands=tuple(parts))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from .errors import ArgumentError, ArgumentTypeError
 from .field import Field, FieldLike, as_field, constant
 from .skeleton import GraphSkeleton, Skeleton, beam_field
-from .solid import BeamDesign, Feature, Solid, _width
+from .solid import BeamDesign, Feature, Solid, _width, grown
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def thickened(
             raise ArgumentError("diameter: one number a node is for circular sections; give a Field for square ones")
         end_radii = 0.5 * _per_node(diameter, skeleton)
         features.append(Feature("beam", constant(2.0 * float(end_radii[skeleton.edges].min()))))
-        width, largest = None, float(end_radii.max())
+        width = None
         field = beam_field(
             skeleton,
             section="cone",
@@ -59,14 +59,6 @@ def thickened(
             node_radius=None if node_width is None else 0.5 * node_width,
             blend=blend_field if blended else None,
         )
-        largest = _largest(width, skeleton) * (0.5 if square is None else math.sqrt(0.5))
-    bounds = skeleton.bounds
-    if isinstance(skeleton, GraphSkeleton):
-        if node_width is not None:
-            largest = max(largest, 0.5 * _largest(node_width, skeleton))
-        # A fillet of radius k bulges by less than k beyond the beams that it joins.
-        reach = largest + (_largest(blend_field, skeleton) if blended else 0.0)
-        bounds = bounds + reach * np.array([[-1.0], [1.0]])
     design = BeamDesign(
         skeleton=skeleton,
         diameter=width,
@@ -75,6 +67,9 @@ def thickened(
         section="circle" if square is None else "square",
         blended=blended,
     )
+    bounds = skeleton.bounds
+    if isinstance(skeleton, GraphSkeleton):
+        bounds = _bounds(skeleton, width, end_radii, node_width, blend_field, square is not None)
     return Solid._make(field, bounds, features=tuple(features), label=label, beams=design)
 
 
@@ -95,14 +90,22 @@ def _per_node(diameter: Any, skeleton: Skeleton) -> np.ndarray:
     return values
 
 
-def _largest(width: Field, skeleton: Skeleton) -> float:
-    """Upper bound of a width near a finite skeleton; widths beyond it would need bounds beyond it, so iterate once."""
-    if width.is_constant:
-        return width.data
-    if not isinstance(skeleton, GraphSkeleton):
-        return math.inf
-    lo, hi = skeleton.bounds
-    first = width.bounds(lo, hi)[1]
-    if not math.isfinite(first):
-        raise ArgumentError(f"diameter: {width!r} has no upper limit near the graph; intersect or clip it")
-    return max(first, width.bounds(lo - first, hi + first)[1])
+def _bounds(
+    skeleton: Skeleton,
+    width: Field | None,
+    end_radii: np.ndarray | None,
+    node_width: Field | None,
+    blend: Field,
+    is_square: bool,
+) -> np.ndarray:
+    """The box of a finite lattice with its widths."""
+    axes = skeleton.bounds
+    if width is None:
+        outline = axes + float(np.max(end_radii)) * np.array([[-1.0], [1.0]])
+    else:
+        outline = grown(axes, width, math.sqrt(0.5) if is_square else 0.5, "diameter")
+    if node_width is not None:
+        balls = grown(axes, node_width, 0.5, "node")
+        outline = np.array([np.minimum(outline[0], balls[0]), np.maximum(outline[1], balls[1])])
+    # A fillet of radius k bulges by less than k beyond the beams that it joins.
+    return grown(outline, blend, 1.0, "blend")

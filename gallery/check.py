@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 RELATIVE = {
     "volume": 1e-4,
     "area": 1e-4,
-    "bounds": 1e-5,
+    "bounds": 3e-4,
     # A sample that is zero to the last bit may fall on either side on another processor.
     "triangles": 1e-3,
     "genus": 1e-2,
