@@ -114,7 +114,9 @@ def main() -> None:
     for name, mesh in (("mesh", plain), ("mesh, polished", polished)):
         worst, count = cap_error(mesh, n)
         bounds = np.abs(mesh.bounds - [[0.0] * 3, [CELL * n] * 3]).max()
-        print(f"caps of the {name}: {count:,} triangles, off the cube by at most {worst:.3g} mm; bounds off by {bounds:.3g}")
+        print(
+            f"caps of the {name}: {count:,} triangles, off the cube by at most {worst:.3g} mm; bounds off by {bounds:.3g}"
+        )
 
 
 if __name__ == "__main__":

@@ -107,7 +107,9 @@ def main() -> None:
         start = time.perf_counter()
         designs.a_true(n)
         first.append(time.perf_counter() - start)
-    print(f"its distance table, once a process for a surface and cell (not in the times above): {np.median(first):.3f} s")
+    print(
+        f"its distance table, once a process for a surface and cell (not in the times above): {np.median(first):.3f} s"
+    )
 
 
 if __name__ == "__main__":

@@ -330,10 +330,10 @@ def _oriented(vertices: np.ndarray, faces: np.ndarray, *, turn: bool) -> tuple[n
     from .body_distance import Winding
 
     if turn:
-        faces, piece = igl.bfs_orient(np.ascontiguousarray(faces))
-        n = int(piece.max()) + 1
+        faces, piece = (np.asarray(out) for out in igl.bfs_orient(np.ascontiguousarray(faces)))
     else:
-        n, piece = igl.facet_components(np.ascontiguousarray(faces))
+        piece = np.asarray(igl.facet_components(np.ascontiguousarray(faces))[1])
+    n = int(piece.max()) + 1
     # About its own centre and size: the tree is built in float32.
     lo, hi = vertices.min(axis=0), vertices.max(axis=0)
     local = (vertices - 0.5 * (lo + hi)) / float((hi - lo).max())

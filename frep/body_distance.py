@@ -112,7 +112,7 @@ class _Surface:
 
     def nearest(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) the nearest points of the surface."""
-        return self._tree.squared_distance(self.vertices, self.faces, np.ascontiguousarray(points))[2]
+        return np.asarray(self._tree.squared_distance(self.vertices, self.faces, np.ascontiguousarray(points))[2])
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """(n,) unsigned distances."""

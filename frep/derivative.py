@@ -35,7 +35,9 @@ def _partials(node: Field, done: dict[Field, tuple[Field, Field, Field]]) -> lis
     row = OPERATIONS.get(node.op)
     if row is not None:
         return [_lift(p) for p in row.partials(node, *node.args)]
-    return [_leaf_partial(node, i) if done[a] != (constant(0.0),) * 3 else constant(0.0) for i, a in enumerate(node.args)]
+    return [
+        _leaf_partial(node, i) if done[a] != (constant(0.0),) * 3 else constant(0.0) for i, a in enumerate(node.args)
+    ]
 
 
 def _leaf_partial(node: Field, i: int) -> Field:

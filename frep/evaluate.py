@@ -145,7 +145,9 @@ def _run_block(code, regs, tx, ty, tz, i0, j0, k0, external, heads, fdata, idata
 
 
 @parallel_kernel
-def _blocks(code, n_registers, constants, outputs, tx, ty, tz, blocks, external, heads, fdata, idata, gdata, cutoffs, values):
+def _blocks(
+    code, n_registers, constants, outputs, tx, ty, tz, blocks, external, heads, fdata, idata, gdata, cutoffs, values
+):
     chunk = 64
     capacity = CAPACITY if len(cutoffs) else 0
     for c in prange((len(blocks) + chunk - 1) // chunk):
@@ -165,7 +167,9 @@ def _blocks(code, n_registers, constants, outputs, tx, ty, tz, blocks, external,
 
 
 @parallel_kernel
-def _points(code, n_registers, constants, outputs, points, batch, external, heads, fdata, idata, gdata, cutoffs, values):
+def _points(
+    code, n_registers, constants, outputs, points, batch, external, heads, fdata, idata, gdata, cutoffs, values
+):
     capacity = CAPACITY if len(cutoffs) else 0
     for c in prange((len(points) + batch - 1) // batch):
         start = c * batch
@@ -209,7 +213,9 @@ def _leaf_interval(ins, lows, highs, n, heads, fdata, idata, gdata, cutoffs, row
 
 
 @parallel_kernel
-def _intervals(code, n_registers, constants, outputs, lo, hi, ext_lo, ext_hi, heads, fdata, idata, gdata, cutoffs, least, most):
+def _intervals(
+    code, n_registers, constants, outputs, lo, hi, ext_lo, ext_hi, heads, fdata, idata, gdata, cutoffs, least, most
+):
     for c in prange((len(lo) + _BOXES - 1) // _BOXES):
         start = c * _BOXES
         n = min(_BOXES, len(lo) - start)

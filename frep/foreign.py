@@ -46,7 +46,9 @@ class Foreign:
         try:
             values = np.asarray(result, dtype=np.float64)
         except (TypeError, ValueError) as error:
-            raise FunctionError(f"the function {self.name!r} must return numbers, it returned {type(result)}") from error
+            raise FunctionError(
+                f"the function {self.name!r} must return numbers, it returned {type(result)}"
+            ) from error
         if values.ndim == 0:
             values = np.full(len(points), float(values))
         if values.shape != (len(points),):

@@ -178,7 +178,14 @@ _row("maximum", 2, _maximum, _maximum_interval, lambda f, a, b: (a >= b, b > a),
 _row("absolute", 1, _absolute, _absolute_interval, lambda f, a: (np.where(a < 0.0, -1.0, 1.0),), exact=True)
 _row("less", 2, _less, _less_interval, lambda f, a, b: (0.0, 0.0), exact=True)
 _row("less_equal", 2, _less_equal, _less_equal_interval, lambda f, a, b: (0.0, 0.0), exact=True)
-_row("where", 3, _where, _where_interval, lambda f, c, a, b: (0.0, np.where(c, 1.0, 0.0), np.where(c, 0.0, 1.0)), exact=True)
+_row(
+    "where",
+    3,
+    _where,
+    _where_interval,
+    lambda f, c, a, b: (0.0, np.where(c, 1.0, 0.0), np.where(c, 0.0, 1.0)),
+    exact=True,
+)
 
 
 # --- powers, exponentials ----------------------------------------------------------------------------------------------

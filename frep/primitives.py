@@ -27,7 +27,9 @@ def _vector(value: Any, name: str) -> np.ndarray:
 def positive(value: Any, name: str) -> float:
     """`value` as a float, checked to be a finite number above zero."""
     if isinstance(value, Field) or callable(value):
-        raise ArgumentTypeError(f"{name}: expected a number in mm, got a Field; only thickness, blend and offset may vary")
+        raise ArgumentTypeError(
+            f"{name}: expected a number in mm, got a Field; only thickness, blend and offset may vary"
+        )
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -85,7 +87,9 @@ def rounded_box(lo, hi, radius) -> Solid:
     low, high = _corners(lo, hi)
     r = positive(radius, "radius")
     if r > 0.5 * (high - low).min():
-        raise ArgumentError(f"radius: expected at most half the shortest side ({0.5 * (high - low).min():g} mm), got {r:g}")
+        raise ArgumentError(
+            f"radius: expected at most half the shortest side ({0.5 * (high - low).min():g} mm), got {r:g}"
+        )
     return Solid._make(box_distance(low + r, high - r) - r, np.array([low, high]), label="rounded_box")
 
 

@@ -44,7 +44,9 @@ class SampledGrid:
 
     def __post_init__(self) -> None:
         if self.nodes.ndim != 3 or min(self.nodes.shape) < 2:
-            raise ArgumentError(f"nodes: expected at least 2 nodes along each of three axes, got shape {self.nodes.shape}")
+            raise ArgumentError(
+                f"nodes: expected at least 2 nodes along each of three axes, got shape {self.nodes.shape}"
+            )
         if not np.all(np.isfinite(self.nodes)) or not np.all(np.isfinite(self.blocks)):
             raise ArgumentError("nodes: a sampled grid must hold finite numbers only")
         if self.table is not None and self.table.shape != self.cells:

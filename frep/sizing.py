@@ -115,7 +115,9 @@ def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
         return
     centres = grid.origin + grid.voxel * (LEAF * grid.leaves + 0.5 * (LEAF - 1))
     centres = centres[:: max(1, len(centres) // 20000)]
-    near = np.abs(grid.values[:: max(1, len(grid.leaves) // 20000)]).reshape(len(centres), -1).min(axis=1) < 2 * grid.voxel
+    near = (
+        np.abs(grid.values[:: max(1, len(grid.leaves) // 20000)]).reshape(len(centres), -1).min(axis=1) < 2 * grid.voxel
+    )
     centres = np.clip(centres[near], *solid.bounds)
     if not len(centres):
         return

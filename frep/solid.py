@@ -405,7 +405,9 @@ def grown(bounds: np.ndarray, law: Field, share: float, name: str) -> np.ndarray
             break
         # A little more than found, so that a law of small slope settles in a few rounds.
         reach = found + 0.5 * (found - reach) if reach else found
-    raise ArgumentError(f"{name}: {law!r} grows without limit beyond the solid, which then has no end; limit it with clip")
+    raise ArgumentError(
+        f"{name}: {law!r} grows without limit beyond the solid, which then has no end; limit it with clip"
+    )
 
 
 _MOST_ROUNDS = 60
@@ -467,11 +469,21 @@ def intersection(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
     bounds = np.array([np.max([s.bounds[0] for s in parts], axis=0), np.min([s.bounds[1] for s in parts], axis=0)])
     beams = None
     lattices = [s.beams for s in parts if s.beams is not None]
-    if len(lattices) == 1 and all(s.beams is not None or s._provenance.is_box for s in parts) and radius is constant(0.0):
+    if (
+        len(lattices) == 1
+        and all(s.beams is not None or s._provenance.is_box for s in parts)
+        and radius is constant(0.0)
+    ):
         beams = replace(lattices[0], clip=bounds)
     is_box = all(s._provenance.is_box for s in parts)
     return Solid._make(
-        field, bounds, features=_features(parts), label="intersection", operands=tuple(parts), beams=beams, is_box=is_box
+        field,
+        bounds,
+        features=_features(parts),
+        label="intersection",
+        operands=tuple(parts),
+        beams=beams,
+        is_box=is_box,
     )
 
 
@@ -509,5 +521,7 @@ def explain_empty(solid: Solid, empty_in: Callable[[Solid], bool]) -> str:
     if empty:
         return f"{_name(solid)} is empty: its part {' and '.join(repr(e) for e in empty)} has no material there"
     if len(operands) > 1:
-        return f"{_name(solid)} is empty: each part has material, but they do not overlap, or one removes all of the other"
+        return (
+            f"{_name(solid)} is empty: each part has material, but they do not overlap, or one removes all of the other"
+        )
     return f"{_name(solid)} is empty"

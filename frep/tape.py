@@ -78,7 +78,7 @@ def lower(outputs: tuple[Field, ...], *, hoist: bool) -> Tape:
     next_register = first + len(constants)
     fixed = set(register.values())
 
-    last_use = {n: -1 for n in order}
+    last_use = dict.fromkeys(order, -1)
     for i, node in enumerate(order):
         if not _is_input(node, hoist):
             for a in node.args:

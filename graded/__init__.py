@@ -4,7 +4,7 @@ Every law is a Field; anything else that is a function of position will do in it
 Python function, a table.
 """
 
-from .laws import linear, parabola
 from .data import distance_to
+from .laws import linear, parabola
 
 __all__ = ["distance_to", "linear", "parabola"]

@@ -93,7 +93,9 @@ def _array(value: Any, name: str, columns: int, dtype) -> np.ndarray:
 def _nodes_and_edges(nodes: Any, edges: Any) -> tuple[np.ndarray, np.ndarray]:
     n = _array(nodes, "nodes", 3, float)
     if not np.all(np.isfinite(n)):
-        raise ArgumentError(f"nodes: expected finite coordinates, node {int(np.argwhere(~np.isfinite(n))[0, 0])} has none")
+        raise ArgumentError(
+            f"nodes: expected finite coordinates, node {int(np.argwhere(~np.isfinite(n))[0, 0])} has none"
+        )
     raw = _array(edges, "edges", 2, float)
     if not np.all(raw == np.floor(raw)):
         raise ArgumentError("edges: expected whole node numbers")
@@ -111,7 +113,9 @@ def _nodes_and_edges(nodes: Any, edges: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _cell_size(value: Any, name: str) -> np.ndarray:
     if isinstance(value, Field) or callable(value):
-        raise ArgumentTypeError(f"{name}: expected a number or three numbers in mm, got a Field; grade by a coordinate map")
+        raise ArgumentTypeError(
+            f"{name}: expected a number or three numbers in mm, got a Field; grade by a coordinate map"
+        )
     try:
         size = np.broadcast_to(np.asarray(value, dtype=float), (3,)).copy()
     except (TypeError, ValueError):
@@ -187,7 +191,10 @@ def _unit_cell(nodes: list[tuple[float, float, float]], length: float, size: Any
     period = _cell_size(size, "cell")
     n = np.array(nodes)
     edges = [
-        (i, j) for i in range(len(n)) for j in range(i + 1, len(n)) if math.isclose(float(np.linalg.norm(n[i] - n[j])), length)
+        (i, j)
+        for i in range(len(n))
+        for j in range(i + 1, len(n))
+        if math.isclose(float(np.linalg.norm(n[i] - n[j])), length)
     ]
     return cell(n * period, edges, size=period, label=label)
 

@@ -111,7 +111,9 @@ def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarr
         if design.clip is None:
             raise ValueError("an infinite lattice has no explicit beams")
         lo, hi = design.clip
-        widest = max((f.bounds(lo, hi)[1] for f in (design.diameter, design.node_diameter) if f is not None), default=0.0)
+        widest = max(
+            (f.bounds(lo, hi)[1] for f in (design.diameter, design.node_diameter) if f is not None), default=0.0
+        )
         segments, ends = _unrolled(segments, ends, skeleton.size, lo - 0.5 * widest, hi + 0.5 * widest)
     points = segments.reshape(-1, 3)
     _, first, number = np.unique(np.round(points, 7), axis=0, return_index=True, return_inverse=True)
