@@ -15,7 +15,7 @@ import struct
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -24,20 +24,6 @@ from .ops import OPERATIONS
 
 FieldLike: TypeAlias = "Field | float | int | Callable[..., Any]"
 """What is accepted where a Field is expected: a Field, a number, or a function of `(x, y, z)`."""
-
-
-@runtime_checkable
-class Leaf(Protocol):
-    """Data that a Field evaluates at three coordinates and further arguments: beams, sampled grids, foreign functions.
-
-    `content_key` identifies the data; two leaves with equal keys are the same. `name` is shown by `repr`.
-    """
-
-    @property
-    def content_key(self) -> bytes: ...
-
-    @property
-    def name(self) -> str: ...
 
 
 _nodes: weakref.WeakValueDictionary[bytes, Field] = weakref.WeakValueDictionary()
@@ -149,7 +135,7 @@ class Field:
         from .evaluate import values_at
 
         pts, single = _points(points)
-        out = np.stack(values_at(self.derivatives(), pts), axis=1)
+        out = np.ascontiguousarray(values_at(self.derivatives(), pts).T)
         return out[0] if single else out
 
     def derivatives(self) -> tuple[Field, Field, Field]:
@@ -358,7 +344,7 @@ def constant(value: float) -> Field:
     return Field("constant", (), float(value) + 0.0)
 
 
-_AXES = tuple(Field("coordinate", (), axis) for axis in range(3))
+_AXES = (Field("coordinate", (), 0), Field("coordinate", (), 1), Field("coordinate", (), 2))
 
 
 def coordinates() -> tuple[Field, Field, Field]:
@@ -408,7 +394,7 @@ def _make(op: str, args: tuple[Field, ...], data: Any = None) -> Field:
         with np.errstate(all="ignore"):
             return constant(row.value(*(np.float64(a.data) for a in args)))
     a = args[0]
-    b = args[1] if len(args) > 1 else a
+    b = args[-1]
     match op:
         case "add":
             if _is(a, 0.0):
@@ -450,10 +436,11 @@ def _make(op: str, args: tuple[Field, ...], data: Any = None) -> Field:
             if a.op in ("absolute", "square", "sqrt"):
                 return a
         case "where":
+            _, chosen, other = args
             if a.op == "constant":
-                return args[1] if a.data != 0.0 else args[2]
-            if args[1] is args[2]:
-                return args[1]
+                return chosen if a.data != 0.0 else other
+            if chosen is other:
+                return chosen
     if row.commutative and b.key < a.key and a.op != "constant" and b.op == "constant":
         args = (b, a)
     return Field(op, args, data)
@@ -533,8 +520,12 @@ def foreign(function: Callable[..., Any], *, lipschitz: float | None = None, nam
     return Field("foreign", _AXES, leaf)
 
 
-def leaf_field(op: str, leaf: Leaf, *parameters: Field) -> Field:
-    """A Field of a data leaf at `(x, y, z)` with further argument Fields. For the kernel's own modules."""
+def leaf_field(op: str, leaf: Any, *parameters: Field) -> Field:
+    """A Field of a data leaf (beams, a sampled grid) at `(x, y, z)` with further argument Fields.
+
+    For the kernel's own modules. The leaf has `content_key` (bytes; equal keys mean equal data), `name` (shown by `repr`) and
+    `pack` (see `frep/packing.py`).
+    """
     return Field(op, (*_AXES, *parameters), leaf)
 
 
@@ -724,7 +715,6 @@ __all__ = [
     "Field",
     "FieldLike",
     "FunctionError",
-    "Leaf",
     "arctan",
     "arctan2",
     "as_field",

@@ -36,7 +36,7 @@ def _compiled(function: Any, **options: Any) -> Any:
     dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=_FLAGS, **options)(function)
     held = getattr(dispatcher, "_cache", None)
     implementation = getattr(held, "_impl", None)
-    if implementation is not None:
+    if held is not None and implementation is not None:
         held._cache_file = IndexDataCacheFile(
             cache_path=held._cache_path, filename_base=implementation.filename_base, source_stamp=_stamp()
         )

@@ -7,8 +7,9 @@ A row gives the arity and three rules, each written once:
 - `partials`: the partial derivatives as expressions in the result and the arguments. They are written with operators and
   numpy functions, so that they build Fields when the arguments are Fields.
 
-`exact` says that the result is not rounded, so that its interval needs no widening. `fast32`, where given, is a float32 form that LLVM can vectorise (numba wheels carry no vector maths library). Everything
-else users call (`tan`, `hypot`, `clip`, `tanh`, powers ...) is composed from these rows in `frep/field.py`.
+`exact` says that the result is not rounded, so that its interval needs no widening. `fast32`, where given, is a float32 form
+that LLVM can vectorise (numba wheels carry no vector maths library). Everything else users call (`tan`, `hypot`, `clip`,
+`tanh`, powers ...) is composed from these rows in `frep/field.py`.
 
 The functions here are compiled by `frep/evaluate.py`; they may use only scalar arithmetic, `math` and numpy functions that
 numba knows. Adding an operation means adding a row, and a line in `frep/field.py` if users shall call it by name.

@@ -68,12 +68,9 @@ def _surface_points(field: Field, nodes: np.ndarray, values: np.ndarray, size: n
     points = np.concatenate(found)
     if not len(points):
         raise ArgumentError("surface: the field has no zero set, so there is nothing to thicken")
-    for _ in range(_NEWTON_STEPS):
-        value, gradient = _value_and_gradient(field, points)
-        squared = np.einsum("ij,ij->i", gradient, gradient)
-        if not np.all(squared > 0):
-            raise ArgumentError("surface: the gradient of the field vanishes on its zero set")
-        points -= (value / squared)[:, None] * gradient
+    points, gradient = _onto(field, points, _NEWTON_STEPS)
+    if not np.all(np.einsum("ij,ij->i", gradient, gradient) > 0.0):
+        raise ArgumentError("surface: the gradient of the field vanishes on its zero set")
     return np.mod(points, size)
 
 
@@ -83,23 +80,29 @@ def _closest(field: Field, nodes: np.ndarray, surface: np.ndarray, size: np.ndar
     A step drops the node onto the tangent plane at the present foot and brings that point back to the surface; the
     tangential error falls by the distance over the radius of curvature each time. A step that does not come nearer is undone.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     wrapped = np.where(surface >= size, 0.0, surface)
-    _, nearest = cKDTree(wrapped, boxsize=size).query(nodes, workers=-1)
+    _, nearest = KDTree(wrapped, boxsize=size).query(nodes, workers=-1)
     feet = wrapped[nearest]
     feet += size * np.round((nodes - feet) / size)
     best = np.linalg.norm(nodes - feet, axis=1)
     _, gradient = _value_and_gradient(field, feet)
     for _ in range(_FOOT_STEPS):
         normal = gradient / np.linalg.norm(gradient, axis=1)[:, None]
-        away = nodes - feet
-        trial = nodes - np.einsum("ij,ij->i", away, normal)[:, None] * normal
-        for _ in range(2):
-            value, gradient_t = _value_and_gradient(field, trial)
-            squared = np.maximum(np.einsum("ij,ij->i", gradient_t, gradient_t), 1e-300)
-            trial -= (value / squared)[:, None] * gradient_t
+        trial = nodes - np.einsum("ij,ij->i", nodes - feet, normal)[:, None] * normal
+        trial, slope = _onto(field, trial, 2)
         distance = np.linalg.norm(nodes - trial, axis=1)
         better = distance < best
-        feet[better], best[better], gradient[better] = trial[better], distance[better], gradient_t[better]
+        feet[better], best[better], gradient[better] = trial[better], distance[better], slope[better]
     return feet
+
+
+def _onto(field: Field, points: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points brought onto the zero set by Newton steps, and the gradient at the last but one place."""
+    gradient = np.zeros_like(points)
+    for _ in range(steps):
+        value, gradient = _value_and_gradient(field, points)
+        squared = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 1e-300)
+        points = points - (value / squared)[:, None] * gradient
+    return points, gradient

@@ -68,11 +68,12 @@ def voxel_for(solid: Solid, tolerance: float) -> float:
     thinnest = min((_least_width(f, solid.bounds) for f in solid.features), default=math.inf)
     trial = min(longest / 48.0, thinnest / 2.5)
     limit = min(longest / 16.0, thinnest / 2.0)
+    wanted = limit
     for _ in range(3):
         sag = trial_sag(solid, trial)
         wanted = limit if sag <= 0.0 else min(trial * math.sqrt(tolerance / sag), limit)
         if wanted > 0.7 * trial:
-            return float(wanted)
+            break
         trial = max(wanted, trial / 3.0)
     return float(wanted)
 

@@ -100,10 +100,10 @@ def _bounds(
 ) -> np.ndarray:
     """The box of a finite lattice with its widths."""
     axes = skeleton.bounds
-    if width is None:
-        outline = axes + float(np.max(end_radii)) * np.array([[-1.0], [1.0]])
+    if end_radii is not None:
+        outline = axes + float(end_radii.max()) * np.array([[-1.0], [1.0]])
     else:
-        outline = grown(axes, width, math.sqrt(0.5) if is_square else 0.5, "diameter")
+        outline = grown(axes, constant(0.0) if width is None else width, math.sqrt(0.5) if is_square else 0.5, "diameter")
     if node_width is not None:
         balls = grown(axes, node_width, 0.5, "node")
         outline = np.array([np.minimum(outline[0], balls[0]), np.maximum(outline[1], balls[1])])

@@ -125,7 +125,7 @@ def _cell_size(value: Any, name: str) -> np.ndarray:
     return size
 
 
-def cell(nodes, edges, *, size=1.0, label: str = "cell") -> BeamTopology:
+def cell(nodes, edges, *, size: Any = 1.0, label: str = "cell") -> BeamTopology:
     """A custom periodic cell.
 
     Args:

@@ -226,7 +226,7 @@ AXIS = np.array([1.0, 2.0, -2.0]) / 3.0
 
 
 def rotation(axis: np.ndarray, angle: float) -> np.ndarray:
-    k = np.cross(np.eye(3), -axis)
+    k = np.cross(np.eye(3), axis)
     return np.eye(3) + math.sin(angle) * k + (1 - math.cos(angle)) * k @ k
 
 
@@ -288,7 +288,8 @@ def test_widths_move_and_grow_with_the_solid():
 
 def test_infinite_bounds_stay_infinite_and_finite_sides_move():
     slab = frep.half_space((0, 0, 1), (0, 0, 2))
-    np.testing.assert_array_equal(slab.rotate("x", math.pi / 2).bounds[0], [-np.inf] * 3)
+    np.testing.assert_array_equal(slab.rotate("x", math.pi / 2).bounds[0], [-np.inf, -2, -np.inf])
+    np.testing.assert_array_equal(slab.rotate("x", 0.1).bounds, [[-np.inf] * 3, [np.inf] * 3])
     np.testing.assert_array_equal(slab.translate((0, 0, 3)).bounds[1], [np.inf, np.inf, 5.0])
     assert not np.any(np.isnan(slab.rotate((1, 1, 1), 0.3).bounds))
 
@@ -316,14 +317,14 @@ def test_distances_stay_distances(axis, angle, factor, shift):
 
 def test_bounds_cut_the_field():
     plane = Solid(lambda x, y, z: z - 100.0, bounds=((0, 0, 0), (2, 3, 4)))
-    assert plane.volume(voxel=0.2) == pytest.approx(24, rel=1e-6)
+    assert plane.volume(voxel=0.1) == pytest.approx(24, rel=2e-3)
     half = Solid(Z - 1.0, bounds=((0, 0, -np.inf), (2, 2, np.inf)))
     assert not half.is_bounded
-    assert (half & frep.box((-5, -5, 0), (5, 5, 5))).volume(voxel=0.1) == pytest.approx(4, rel=1e-6)
+    assert (half & frep.box((-5, -5, 0), (5, 5, 5))).volume(voxel=0.05) == pytest.approx(4, rel=2e-3)
 
 
 def test_solids_survive_pickling():
-    part = (union(A, B, blend=0.3 + 0.01 * X).shell(0.4) & frep.box((-3, -3, -3), (3, 3, 3))).rotate("z", 0.2)
+    part = (union(A, B, blend=0.3 + 0.01 * X).shell(0.8) & frep.box((-3, -3, -3), (3, 3, 3))).rotate("z", 0.2)
     again = pickle.loads(pickle.dumps(part))
     assert again.field is part.field
     np.testing.assert_array_equal(again.bounds, part.bounds)
