@@ -208,11 +208,11 @@ def _complaints(report: BodyReport) -> str:
 
 
 def _require_memory(n_blocks: float, n_coarse: float, voxel: float) -> None:
-    from .sampling import _free_bytes
+    from .sampling import free_bytes
 
     # Measured peaks: 50 bytes a fine node while blocks are built, 150 bytes a coarse node.
     estimate = 729 * 50.0 * n_blocks + 150.0 * n_coarse
-    free = _free_bytes()
+    free = free_bytes()
     if estimate > 0.8 * free or n_blocks > 2**31 / 729 or n_coarse > 2**31:
         ratio = max(estimate / (0.8 * free), n_blocks * 729 / 2**31)
         fits = voxel * max(math.sqrt(ratio), (n_coarse / 2**31) ** (1 / 3)) * 1.05

@@ -212,7 +212,8 @@ def _crossing(node: Field, lo: float, hi: float, span: dict[Field, tuple[float, 
 # --- memory ------------------------------------------------------------------------------------------------------------
 
 
-def _free_bytes() -> int:
+def free_bytes() -> int:
+    """Memory that could be had now without swapping."""
     try:
         with open("/proc/meminfo") as info:
             for line in info:
@@ -235,7 +236,7 @@ def _refuse(surface: float, table: float, free: int, voxel: float) -> TooLargeEr
 
 
 def _require_memory(n_leaves: int, voxel: float, extra_bytes: int) -> None:
-    estimate, free = float(n_leaves) * (SAMPLE_BYTES + extra_bytes), _free_bytes()
+    estimate, free = float(n_leaves) * (SAMPLE_BYTES + extra_bytes), free_bytes()
     if estimate > 0.9 * free:
         raise _refuse(estimate, 0.0, free, voxel)
 
@@ -256,6 +257,6 @@ def _require_memory_for_table(field: Field, lo, hi, voxel: float, extra_bytes: i
     table = _classify(Program((field,)), Lattice.over(lo, hi, coarse))
     ratio = min(coarse / voxel, 1e60)
     surface = float(np.count_nonzero(table == _LEAF_MARK)) * ratio**2 * (SAMPLE_BYTES + extra_bytes)
-    blocks, free = _TABLE_BYTES * float(table.size) * ratio**3, _free_bytes()
+    blocks, free = _TABLE_BYTES * float(table.size) * ratio**3, free_bytes()
     if surface + blocks > 0.9 * free:
         raise _refuse(surface, blocks, free, max(voxel, coarse / 1e60))
