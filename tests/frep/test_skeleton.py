@@ -149,7 +149,7 @@ def test_ball_query_finds_every_beam_once(kind):
     weight = np.array([1, 1_000, 1_000_000, 1_000_000_000])
     code = (labels + (0, 500, 500, 500)) @ weight
     missed = extra = twice = 0
-    for part in np.array_split(np.arange(BALLS), 40):
+    for part in np.array_split(np.arange(BALLS), 80):
         distance = axis_distances(centers[part], segments)
         for row, ball in zip(distance, part, strict=True):
             found = (skeleton.beams_meeting(centers[ball], radii[ball]) + (0, 500, 500, 500)) @ weight
@@ -281,6 +281,22 @@ def test_distance_is_exact_however_far():
     points = np.array([[1e4, 0, 0], [0, -1e5, 3], [1e6, 1e6, 1e6]])
     expected = axis_distances(points, skeleton.segments())[:, 0] - 0.5
     np.testing.assert_allclose(field(points), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("blend", [None, 0.2])
+@pytest.mark.parametrize("height", [1.0, 10.0, 300.0, 1e5])
+def test_distance_far_from_many_beams(height, blend):
+    """From afar, thousands of beams are about equally near."""
+    number = np.arange(50 * 50).reshape(50, 50)
+    nodes = np.stack(np.meshgrid(np.arange(50.0), np.arange(50.0), [0.0], indexing="ij"), -1).reshape(-1, 3)
+    edges = np.concatenate(
+        [np.stack([number[:-1], number[1:]], -1).reshape(-1, 2), np.stack([number[:, :-1], number[:, 1:]], -1).reshape(-1, 2)]
+    )
+    skeleton = beams.graph(nodes, edges).skeleton
+    points = np.array([[24.3, 25.2, height], [-height, 3.5, 0.0], [10.5, -height, height]])
+    expected = axis_distances(points, skeleton.segments()).min(axis=1) - 0.3
+    k = None if blend is None else frep.constant(blend)
+    np.testing.assert_allclose(beam_field(skeleton, width=frep.constant(0.3), blend=k)(points), expected, rtol=1e-9)
 
 
 # --- bounds ----------------------------------------------------------------------------------------------------------------
