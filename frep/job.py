@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from frep.errors import ArgumentTypeError, EmptyError
-from frep.progress import progress
+from frep.errors import ArgumentTypeError
 
 if TYPE_CHECKING:
     from frep.design import Design
-    from frep.grid import SparseGrid
     from frep.mesh import Mesh
-    from frep.solid import Solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +18,7 @@ class Made:
 
     Attributes:
         mesh: the part's surface.
+        volume: of the part, mm3, from the field.
         voxel: distance of the samples, mm.
         cells: unit cells in the part, where the design tells.
         evaluated: samples at which the field was evaluated.
@@ -28,6 +26,7 @@ class Made:
     """
 
     mesh: Mesh
+    volume: float
     voxel: float
     cells: int | None
     evaluated: int
@@ -42,7 +41,7 @@ class Made:
         facts["voxels in the box"] = f"{self.in_box:,}"
         facts["evaluated, %"] = f"{100 * self.evaluated / self.in_box:.1f}"
         facts["triangles"] = f"{self.mesh.n_faces:,}"
-        facts["volume, mm3"] = f"{self.mesh.volume:,.1f}"
+        facts["volume, mm3"] = f"{self.volume:,.1f}"
         facts["area, mm2"] = f"{self.mesh.area:,.1f}"
         return facts
 
@@ -61,6 +60,8 @@ def make(design: Design, *, voxel: float | None = None, tolerance: float | None 
         ArgumentTypeError: the script's `voxel` or `cells` is not a number.
         FrepError: whatever `Solid.mesh` refuses.
     """
+    from frep.measure import volume_of
+    from frep.meshing.mesher import mesh_samples
     from frep.sampling import MESH_BYTES
     from frep.sizing import sample_solid
 
@@ -69,27 +70,15 @@ def make(design: Design, *, voxel: float | None = None, tolerance: float | None 
     cells = _number(design, "cells")
     # The steps of Solid.mesh, one by one: the samples are counted, and not made twice for it.
     grid = sample_solid(design.part, voxel, tolerance, extra_bytes=MESH_BYTES)
-    mesh = _meshed(design.part, grid, polish)
+    mesh = mesh_samples(design.part, grid, polish)
     return Made(
         mesh=mesh,
+        volume=volume_of(grid),
         voxel=grid.voxel,
         cells=None if cells is None else round(cells),
         evaluated=grid.n_voxels_evaluated,
         in_box=grid.n_voxels_in_box,
     )
-
-
-def _meshed(part: Solid, grid: SparseGrid, polish: bool) -> Mesh:
-    from frep.mesh import Mesh
-    from frep.meshing.marching import marching_cubes
-    from frep.polish import polished
-
-    with progress("meshing"):
-        surface = marching_cubes(grid)
-    if not len(surface.faces):
-        raise EmptyError("the part is empty: its surface meets no voxel edge")
-    vertices = polished(part, surface.vertices, surface.faces, grid.voxel) if polish else surface.vertices
-    return Mesh(vertices, surface.faces)
 
 
 def _number(design: Design, name: str) -> float | None:

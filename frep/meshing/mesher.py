@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import EmptyError
+from ..grid import SparseGrid
 from ..mesh import Mesh
 from ..progress import progress
 from ..sampling import MESH_BYTES
@@ -15,7 +16,11 @@ from .marching import marching_cubes
 
 def mesh_solid(solid: Solid, voxel: float | None, tolerance: float | None, polish: bool) -> Mesh:
     """`Solid.mesh`."""
-    grid = sample_solid(solid, voxel, tolerance, extra_bytes=MESH_BYTES)
+    return mesh_samples(solid, sample_solid(solid, voxel, tolerance, extra_bytes=MESH_BYTES), polish)
+
+
+def mesh_samples(solid: Solid, grid: SparseGrid, polish: bool) -> Mesh:
+    """The mesh of a solid that has been sampled."""
     with progress("meshing", total=1) as advance:
         surface = marching_cubes(grid)
         advance(1)
