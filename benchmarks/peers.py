@@ -229,11 +229,8 @@ def make_pyscaffolder(part: str, cells: int) -> Callable[[], tuple[Any, Any]]:
     import PyScaffolder
 
     corners = np.argwhere(np.ones((2, 2, 2))) * CELL * cells
-    box = np.array(
-        [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
-        + [[1, 5, 7], [1, 7, 3]],
-        np.int32,
-    )
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    box = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
 
     def run() -> tuple[Any, Any]:
         wanted = PyScaffolder.Parameter()

@@ -1,6 +1,6 @@
 """What a user waits for before any work: `import frep`, and once a machine the compilation of all kernels.
 
-    python benchmarks/startup.py [--runs 10] [--imports-only]
+python benchmarks/startup.py [--runs 10] [--imports-only]
 """
 
 from __future__ import annotations
@@ -79,17 +79,17 @@ def exercise() -> None:
             frep.sphere((0, 0, 0), 5).volume(voxel=1),
         ),
         "mesh numbers and check": lambda: (
-            (m := frep.torus((0, 0, 0), "z", 5, 2).mesh(voxel=0.5)).check(),
+            (m := frep.torus((0, 0, 0), (0, 0, 1), 5, 2).mesh(voxel=0.5)).check(),
             m.volume,
             m.bounds,
         ),
         "files, bodies": body,
     }
     x, y, z = frep.coordinates()
+    wavy = frep.sin(x) * frep.exp(-0.1 * frep.hypot(y, z)) + frep.tanh(x - y)
+    wavy = wavy + frep.where(z > 5, frep.arctan2(y, x), 0.3)
     later: dict[str, Callable[[], object]] = {
-        "second: every operation": lambda: frep.Solid(
-            frep.sin(x) * frep.exp(-0.1 * frep.hypot(y, z)) + frep.tanh(x - y) + frep.where(z > 5, frep.arctan2(y, x), 0.3)
-        ).__and__(box).mesh(voxel=0.5),
+        "second: every operation": lambda: (frep.Solid(wavy) & box).mesh(voxel=0.5),
         "second: Schwarz P, graded": lambda: (tpms.schwarz_p(cell=6).sheet(diameter) & box).mesh(voxel=0.4),
         "second: a custom cell": lambda: (
             beams.cell([(0, 0, 0), (4, 4, 2), (2, 0, 4)], [(0, 1), (1, 2)], size=4).thicken(0.8, node=1.2) & box

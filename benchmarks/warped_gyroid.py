@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 
 import _designs as designs
-import frep
 import numpy as np
 from _baselines import grid, skimage_cubes, triangles
 from _designs import CELL, LEVEL, VOXEL
 from _timing import alternate, options, print_ratio, print_times, setting
+
+import frep
 from frep import Field
 
 

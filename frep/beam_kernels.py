@@ -18,7 +18,7 @@ import numpy as np
 from .jit import kernel
 
 # Columns of `head`.
-H_SOURCE, H_SECTION, H_BLEND, H_SEGMENTS, H_COUNT, H_SOURCE_DATA, H_INDEX, H_NX, H_NY, H_NZ = range(10)
+H_SOURCE, H_SECTION, H_BLEND, H_NODES, H_SEGMENTS, H_COUNT, H_SOURCE_DATA, H_INDEX, H_NX, H_NY, H_NZ = range(11)
 HEAD = 16
 
 PERIODIC, GRAPH = 0, 1
@@ -37,8 +37,6 @@ ROW = 18
 
 CAPACITY = 1024
 """Rows a block's list holds. A block that meets more beams is evaluated point by point."""
-
-OVERFLOW = -1
 
 
 @kernel
@@ -81,25 +79,34 @@ def _axis_distance(fdata, s, px, py, pz):
 
 
 @kernel
-def gather(head, fdata, idata, cx, cy, cz, radius, rows):
+def gather(head, fdata, idata, cx, cy, cz, radius, skip, rows):
     """The beams whose axis, thickened by their own stored radius, comes within `radius` of (cx, cy, cz).
 
-    Fills `rows` and returns their number, or OVERFLOW where they do not fit. Cost: about 10 ns a candidate.
+    Returns how many there are, and fills `rows` with those after the first `skip`, as many as fit. About 10 ns a candidate.
     """
     if head[H_SOURCE] == PERIODIC:
-        return _gather_periodic(head, fdata, cx, cy, cz, radius, rows)
-    return _gather_graph(head, fdata, idata, cx, cy, cz, radius, rows)
+        return _gather_periodic(head, fdata, cx, cy, cz, radius, skip, rows)
+    return _gather_graph(head, fdata, idata, cx, cy, cz, radius, skip, rows)
 
 
 @kernel
-def _gather_periodic(head, fdata, cx, cy, cz, radius, rows):
+def _hopeless(head, fdata, radius, capacity):
+    """Whether a ball is so large that a periodic source surely has more beams in it than a list holds."""
+    if head[H_SOURCE] != PERIODIC:
+        return False
+    p = head[H_SOURCE_DATA]
+    side = 2.0 * radius / math.sqrt(3.0)
+    return (side / fdata[p] - 1.0) * (side / fdata[p + 1] - 1.0) * (side / fdata[p + 2] - 1.0) > capacity and (
+        side > 2.0 * max(fdata[p], max(fdata[p + 1], fdata[p + 2]))
+    )
+
+
+@kernel
+def _gather_periodic(head, fdata, cx, cy, cz, radius, skip, rows):
     n = 0
     p = head[H_SOURCE_DATA]
     sx, sy, sz, own = fdata[p], fdata[p + 1], fdata[p + 2], fdata[p + 3]
     reach = radius + own
-    # More cells than rows: every cell holds at least one beam, so the list cannot fit.
-    if 8.0 * reach * reach * reach > len(rows) * 8.0 * sx * sy * sz and reach > sx + sy + sz:
-        return OVERFLOW
     for seg in range(head[H_COUNT]):
         s = head[H_SEGMENTS] + seg * SEGMENT
         ax, ay, az, bx, by, bz = fdata[s], fdata[s + 1], fdata[s + 2], fdata[s + 3], fdata[s + 4], fdata[s + 5]
@@ -115,9 +122,8 @@ def _gather_periodic(head, fdata, cx, cy, cz, radius, rows):
                 for k in range(k0, k1 + 1):
                     d = _axis_distance(fdata, s, cx - i * sx, cy - j * sy, cz - k * sz)
                     if d <= most:
-                        if n == len(rows):
-                            return OVERFLOW
-                        _store(rows, n, fdata, s, i * sx - cx, j * sy - cy, k * sz - cz, seg, i, j, k, d)
+                        if skip <= n < skip + len(rows):
+                            _store(rows, n - skip, fdata, s, i * sx - cx, j * sy - cy, k * sz - cz, seg, i, j, k, d)
                         n += 1
     return n
 
@@ -128,7 +134,7 @@ def _clamped_cell(value, count):
 
 
 @kernel
-def _gather_graph(head, fdata, idata, cx, cy, cz, radius, rows):
+def _gather_graph(head, fdata, idata, cx, cy, cz, radius, skip, rows):
     n = 0
     p = head[H_SOURCE_DATA]
     ox, oy, oz, spacing, own = fdata[p], fdata[p + 1], fdata[p + 2], fdata[p + 3], fdata[p + 4]
@@ -155,9 +161,8 @@ def _gather_graph(head, fdata, idata, cx, cy, cz, radius, rows):
                         continue
                     d = _axis_distance(fdata, s, cx, cy, cz)
                     if d <= radius + max(fdata[s + 6], fdata[s + 7]):
-                        if n == len(rows):
-                            return OVERFLOW
-                        _store(rows, n, fdata, s, -cx, -cy, -cz, seg, 0, 0, 0, d)
+                        if skip <= n < skip + len(rows):
+                            _store(rows, n - skip, fdata, s, -cx, -cy, -cz, seg, 0, 0, 0, d)
                         n += 1
     return n
 
@@ -178,40 +183,46 @@ def _first_radius(head, fdata, cx, cy, cz):
 
 
 @kernel
-def gather_relevant(head, fdata, idata, cx, cy, cz, half, reach, blend, cutoff, rows):
-    """The beams that can decide the distance somewhere within `half` of the centre.
+def nearest_beam(head, fdata, idata, cx, cy, cz, rows):
+    """Bounds of the distance from a point to the nearest beam, thickened by its own stored radii at either end.
+
+    `lowest` is below the distance of every beam, `upper` above that of at least one.
+    """
+    radius, most = _first_radius(head, fdata, cx, cy, cz)
+    while gather(head, fdata, idata, cx, cy, cz, radius, 0, rows) == 0:
+        if radius > most:
+            return math.inf, math.inf
+        radius *= 2.0
+    lowest, upper = math.inf, math.inf
+    skip, n = 0, 1
+    while skip < n:
+        n = gather(head, fdata, idata, cx, cy, cz, radius, skip, rows)
+        for i in range(min(n - skip, len(rows))):
+            lowest = min(lowest, rows[i, R_DISTANCE] - max(rows[i, R_RA], rows[i, R_RB]))
+            upper = min(upper, rows[i, R_DISTANCE] - min(rows[i, R_RA], rows[i, R_RB]))
+        skip += len(rows)
+    return lowest, upper
+
+
+@kernel
+def relevant_radius(head, fdata, idata, cx, cy, cz, half, least, reach, blend, cutoff, rows):
+    """How far from the centre a beam can be that decides the distance somewhere within `half` of it.
 
     Args:
         half: radius of the region.
-        reach: largest beam or node half-width (that is not stored in the segments) in the region.
+        least, reach: smallest and largest half-width of beams and nodes in the region (without what is stored in segments).
         blend: largest blend radius in the region.
         cutoff: values above it need not be exact, only larger than it; `inf` when all must be.
-        rows: filled, nearest not first.
-
-    Returns the number of rows, or OVERFLOW.
     """
-    if cutoff < math.inf:
-        return gather(head, fdata, idata, cx, cy, cz, max(cutoff, blend) + reach + half, rows)
-    radius, most = _first_radius(head, fdata, cx, cy, cz)
-    n = 0
-    while n == 0:
-        n = gather(head, fdata, idata, cx, cy, cz, radius, rows)
-        if n == 0 and radius > most:
-            return 0
-        if n == 0:
-            radius *= 2.0
-    if n == OVERFLOW:
-        return OVERFLOW
-    nearest = math.inf
-    for i in range(n):
-        nearest = min(nearest, rows[i, R_DISTANCE] - max(rows[i, R_RA], rows[i, R_RB]))
-    # Any beam that is nearest somewhere in the region is at most this far from the centre: its surface distance exceeds the
-    # nearest one by at most twice `half` plus the spread of the widths.
-    wanted = max(nearest + 2.0 * half + 2.0 * reach, blend + reach + half)
-    spread = 0.0
-    for i in range(n):
-        spread = max(spread, abs(rows[i, R_RA] - rows[i, R_RB]))
-    return gather(head, fdata, idata, cx, cy, cz, wanted + spread, rows)
+    bounded = max(cutoff, blend) + reach + half
+    if cutoff < math.inf and not _hopeless(head, fdata, bounded, len(rows)):
+        return bounded
+    # A beam that is nearest somewhere in the region is no farther from the centre than the nearest one by twice `half` and
+    # the spread of the widths.
+    _, upper = nearest_beam(head, fdata, idata, cx, cy, cz, rows)
+    wanted = max(upper + 2.0 * half + reach - least, blend + reach + half)
+    # The nearest beam itself must not be lost to rounding.
+    return min(bounded, wanted + 1e-9 * (abs(upper) + reach + half))
 
 
 @kernel
@@ -275,6 +286,15 @@ def half_width(section, p0):
 
 
 @kernel
+def _least_half_width(section, p0, p_node, has_nodes):
+    if section == SQUARE:
+        # The flat end of a square beam passes through its node.
+        return 0.0
+    least = p0 if section == ROUND else 0.0
+    return min(least, p_node) if has_nodes else least
+
+
+@kernel
 def beams_interval(head, fdata, idata, box, params_lo, params_hi, cutoff, rows):
     """Bounds of the skeleton's distance over a box of lattice space.
 
@@ -283,69 +303,100 @@ def beams_interval(head, fdata, idata, box, params_lo, params_hi, cutoff, rows):
         params_lo, params_hi: (4,) bounds of p0, p1, node radius, blend.
     """
     section = head[H_SECTION]
+    is_blended = head[H_BLEND] != 0
     half_x, half_y, half_z = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
     half = math.sqrt(half_x * half_x + half_y * half_y + half_z * half_z)
     if not half < math.inf:
         return -math.inf, math.inf
     cx, cy, cz = box[0] + half_x, box[1] + half_y, box[2] + half_z
     reach = max(half_width(section, params_hi[0]), params_hi[2])
-    blend = params_hi[3] if head[H_BLEND] else 0.0
+    least = _least_half_width(section, params_lo[0], params_lo[2], head[H_NODES])
+    blend = params_hi[3] if is_blended else 0.0
     if not (reach < math.inf and blend < math.inf):
         return -math.inf, math.inf
-    n = gather_relevant(head, fdata, idata, cx, cy, cz, half, reach, blend, cutoff, rows)
-    if n == OVERFLOW:
-        return -math.inf, math.inf
+    radius = relevant_radius(head, fdata, idata, cx, cy, cz, half, least, reach, blend, cutoff, rows)
+    n = len(rows) + 1
+    if not _hopeless(head, fdata, radius, len(rows)):
+        n = gather(head, fdata, idata, cx, cy, cz, radius, 0, rows)
+    if n > len(rows):
+        lowest, upper = nearest_beam(head, fdata, idata, cx, cy, cz, rows)
+        lo, hi = lowest - reach - half, upper - least + half
+        return (-math.inf if lo < blend else lo), hi
     if n == 0:
         return cutoff, math.inf
     lo, hi = math.inf, math.inf
     touching = 0
     for i in range(n):
-        # Wider sections and smaller fillets are nearer.
-        near = beam_distance(section, rows[i], 0.0, 0.0, 0.0, params_hi[0], params_lo[1], params_hi[2]) - half
-        lo = min(lo, near)
-        far = beam_distance(section, rows[i], 0.0, 0.0, 0.0, params_lo[0], params_hi[1], params_lo[2]) + half
-        hi = min(hi, far)
+        if section == ROUND:
+            widest, thinnest = (params_hi[2], params_lo[2]) if rows[i, R_NODE] != 0.0 else (params_hi[0], params_lo[0])
+            near, far = rows[i, R_DISTANCE] - widest - half, rows[i, R_DISTANCE] - thinnest + half
+        else:
+            # Wider sections and smaller fillets are nearer.
+            near = beam_distance(section, rows[i], 0.0, 0.0, 0.0, params_hi[0], params_lo[1], params_hi[2]) - half
+            far = beam_distance(section, rows[i], 0.0, 0.0, 0.0, params_lo[0], params_hi[1], params_lo[2]) + half
+        lo, hi = min(lo, near), min(hi, far)
         if near < blend:
             touching += 1
     lo = min(lo, cutoff)
-    if head[H_BLEND] and lo < blend and touching > 1:
+    if is_blended and lo < blend and touching > 1:
         lo -= (math.sqrt(touching) - 1.0) * (blend - lo)
     return lo, hi
 
 
 @kernel
-def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows, local, out):
+def _largest(a, sign, n, fold):
+    """Largest of sign * a[:n], by folding halves on each other: vector operations, where a running maximum is a chain.
+
+    A NaN survives, and the caller evaluates point by point.
+    """
+    for i in range(n):
+        fold[i] = sign * a[i]
+    while n > 1:
+        half = n // 2
+        rest = n - half
+        for i in range(half):
+            u, v = fold[i], fold[i + rest]
+            fold[i] = u if (u > v or u != u) else v
+        n = rest
+    return fold[0]
+
+
+@kernel
+def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, separable, cutoff, rows, local, out):
     """Distance to the skeleton at n <= 512 points.
 
-    x, y, z: coordinates in lattice space; p0..p3: the parameters, arrays like x. `local` is scratch (4, n) of the same type.
+    x, y, z: coordinates in lattice space, `separable` where they are a leaf block's samples, each along its own axis; p0..p3:
+    the parameters, arrays like x. `local` is scratch (4, n) of the same type.
     Cost: 0.2 to 0.4 ns a point and beam in float32, plus the query, about 1 us a block.
     """
-    fx0 = fx1 = x[0]
-    fy0 = fy1 = y[0]
-    fz0 = fz1 = z[0]
-    f0, f2, f3 = p0[0], p2[0], p3[0]
-    for i in range(n):
-        fx0 = min(fx0, x[i])
-        fx1 = max(fx1, x[i])
-        fy0 = min(fy0, y[i])
-        fy1 = max(fy1, y[i])
-        fz0 = min(fz0, z[i])
-        fz1 = max(fz1, z[i])
-        f0 = max(f0, p0[i])
-        f2 = max(f2, p2[i])
-        f3 = max(f3, p3[i])
-    x0, y0, z0 = np.float64(fx0), np.float64(fy0), np.float64(fz0)
-    x1, y1, z1 = np.float64(fx1), np.float64(fy1), np.float64(fz1)
-    q0, q2, q3 = np.float64(f0), np.float64(f2), np.float64(f3)
+    fold = local[0]
+    if separable:
+        x0, x1 = min(x[0], x[448]), max(x[0], x[448])
+        y0, y1 = min(y[0], y[56]), max(y[0], y[56])
+        z0, z1 = min(z[0], z[7]), max(z[0], z[7])
+    else:
+        x0, x1 = -_largest(x, -1, n, fold), _largest(x, 1, n, fold)
+        y0, y1 = -_largest(y, -1, n, fold), _largest(y, 1, n, fold)
+        z0, z1 = -_largest(z, -1, n, fold), _largest(z, 1, n, fold)
+    x0, x1, y0, y1 = np.float64(x0), np.float64(x1), np.float64(y0), np.float64(y1)
+    z0, z1 = np.float64(z0), np.float64(z1)
+    q0 = np.float64(_largest(p0, 1, n, fold))
+    q2 = np.float64(_largest(p2, 1, n, fold))
+    q3 = np.float64(_largest(p3, 1, n, fold)) if head[H_BLEND] else 0.0
     section = head[H_SECTION]
     cx, cy, cz = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
     half = 0.5 * math.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2 + (z1 - z0) ** 2)
     reach = max(half_width(section, q0), q2)
+    least = _least_half_width(
+        section, -np.float64(_largest(p0, -1, n, fold)), -np.float64(_largest(p2, -1, n, fold)), head[H_NODES]
+    )
     blend = q3 if head[H_BLEND] else 0.0
-    count = OVERFLOW
+    count = len(rows) + 1
     if half < math.inf and reach < math.inf and blend < math.inf:
-        count = gather_relevant(head, fdata, idata, cx, cy, cz, half, reach, blend, cutoff, rows)
-    if count == OVERFLOW:
+        radius = relevant_radius(head, fdata, idata, cx, cy, cz, half, least, reach, blend, cutoff, rows)
+        if not _hopeless(head, fdata, radius, len(rows)):
+            count = gather(head, fdata, idata, cx, cy, cz, radius, 0, rows)
+    if count > len(rows):
         _point_by_point(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows, out)
         return
     if count == 0:
@@ -400,7 +451,7 @@ def _round_hard(rows, count, lx, ly, lz, p0, p2, n, best, out):
 def _general(head, rows, count, lx, ly, lz, p0, p1, p2, p3, n, total, out):
     """Any section, hard or blended.
 
-    The blend is the n-ary round union: with v_i the distances and k the radius, max(k, min v) - |max(k - v_i, 0)|. It is
+    The blend is the n-ary round union: with v_i the distances and k the radius, k - |max(k - v_i, 0)| where min v < k. It is
     symmetric in the beams, exact where only one is within k, and leaves a circular fillet of radius k between two
     surfaces that meet at a right angle.
     """
@@ -463,9 +514,7 @@ def _general(head, rows, count, lx, ly, lz, p0, p1, p2, p3, n, total, out):
                 total[i] += k * k
     if blended:
         for i in range(n):
-            # With k = 0 the round union would lose the depth inside; it is the plain minimum there.
-            v = max(p3[i], out[i]) - np.sqrt(total[i])
-            out[i] = v if p3[i] > zero else out[i]
+            out[i] = p3[i] - np.sqrt(total[i]) if out[i] < p3[i] else out[i]
 
 
 @kernel
@@ -479,15 +528,17 @@ def _point_by_point(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows
         if not (px - px == 0.0 and py - py == 0.0 and pz - pz == 0.0 and reach - reach == 0.0 and blend - blend == 0.0):
             out[i] = math.nan
             continue
-        m = gather_relevant(head, fdata, idata, px, py, pz, 0.0, reach, blend, cutoff, rows)
-        if m == OVERFLOW:
-            # More beams than the list holds within a width of one point: a lattice far thicker than its cells.
-            out[i] = -reach
-            continue
+        least = _least_half_width(section, q0, q2, head[H_NODES])
+        radius = relevant_radius(head, fdata, idata, px, py, pz, 0.0, least, reach, blend, cutoff, rows)
         best, total = min(cutoff, 1e30), 0.0
-        for b in range(m):
-            v = beam_distance(section, rows[b], 0.0, 0.0, 0.0, q0, q1, q2)
-            best = min(best, v)
-            k = max(blend - v, 0.0)
-            total += k * k
-        out[i] = max(blend, best) - math.sqrt(total) if blend > 0.0 else best
+        # However many beams there are, they come in pages of what the list holds.
+        skip, m = 0, 1
+        while skip < m:
+            m = gather(head, fdata, idata, px, py, pz, radius, skip, rows)
+            for b in range(min(m - skip, len(rows))):
+                v = beam_distance(section, rows[b], 0.0, 0.0, 0.0, q0, q1, q2)
+                best = min(best, v)
+                k = max(blend - v, 0.0)
+                total += k * k
+            skip += len(rows)
+        out[i] = blend - math.sqrt(total) if head[H_BLEND] and best < blend else best

@@ -108,7 +108,7 @@ def _leaf(ins, regs, n, heads, fdata, idata, gdata, cutoffs, rows, local):
     head = heads[ins[10]]
     if ins[0] == BEAMS:
         p0, p1, p2, p3 = regs[ins[5]], regs[ins[6]], regs[ins[7]], regs[ins[8]]
-        beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoffs[ins[10]], rows, local, out)
+        beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, ins[11], cutoffs[ins[10]], rows, local, out)
     else:
         grid_block(head, fdata, idata, gdata, x, y, z, n, ins[11], out)
 

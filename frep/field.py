@@ -45,7 +45,7 @@ class Field:
         sqrt(x**2 + y**2 + z**2) - 5
         >>> f([[3, 4, 0], [0, 0, 0]])
         array([ 0., -5.])
-        >>> f.bounds((0, 0, 0), (1, 1, 1))[0]
+        >>> round(f.bounds((0, 0, 0), (1, 1, 1))[0], 9)
         -5.0
     """
 
@@ -116,7 +116,14 @@ class Field:
         """
         from .evaluate import bounds_over
 
-        low, high = np.broadcast_arrays(np.asarray(lo, float), np.asarray(hi, float))
+        try:
+            low, high = np.broadcast_arrays(np.asarray(lo, float), np.asarray(hi, float))
+        except TypeError as error:
+            raise ArgumentTypeError(f"lo, hi: expected corners in mm, got {lo!r} and {hi!r}") from error
+        except ValueError as error:
+            raise ArgumentError(
+                f"lo, hi: expected two shapes (3,) or (n, 3) of numbers, got {lo!r} and {hi!r}"
+            ) from error
         single = low.ndim == 1
         low, high = np.atleast_2d(low), np.atleast_2d(high)
         if low.shape[1:] != (3,):
@@ -195,10 +202,12 @@ class Field:
         return _binary("mod", other, self)
 
     def __floordiv__(self, other):
-        return floor(_binary("divide", self, other))
+        ratio = _binary("divide", self, other)
+        return ratio if ratio is NotImplemented else floor(ratio)
 
     def __rfloordiv__(self, other):
-        return floor(_binary("divide", other, self))
+        ratio = _binary("divide", other, self)
+        return ratio if ratio is NotImplemented else floor(ratio)
 
     def __pow__(self, exponent):
         return power(self, exponent)
@@ -363,7 +372,10 @@ def _scalar(value: Any) -> Any:
     if isinstance(value, Field):
         return value
     if isinstance(value, (numbers.Real, np.bool_)):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            return -math.inf if value < 0 else math.inf
     if isinstance(value, np.ndarray) and value.ndim == 0:
         return float(value)
     raise ArgumentTypeError(f"expected a Field or a number, got {type(value).__name__}: {value!r}")
@@ -386,7 +398,7 @@ def _is(field: Field, value: float) -> bool:
 
 
 def _make(op: str, args: tuple[Field, ...], data: Any = None) -> Field:
-    """A node, simplified where an identity holds for every float (constants folded, neutral elements dropped)."""
+    """A node, simplified where an identity holds for every finite number (constants folded, neutral elements dropped)."""
     row = OPERATIONS.get(op)
     if row is None:
         return Field(op, args, data)
@@ -441,8 +453,11 @@ def _make(op: str, args: tuple[Field, ...], data: Any = None) -> Field:
                 return chosen if a.data != 0.0 else other
             if chosen is other:
                 return chosen
-    if row.commutative and b.key < a.key and a.op != "constant" and b.op == "constant":
-        args = (b, a)
+    if row.commutative:
+        # One order for a constant: 2*x, but x + 2.
+        late, early = (a, b) if op == "multiply" else (b, a)
+        if early.op == "constant" and late.op != "constant":
+            args = (b, a)
     return Field(op, args, data)
 
 
@@ -509,10 +524,12 @@ def foreign(function: Callable[..., Any], *, lipschitz: float | None = None, nam
         >>> f([[5, 0, 0]])
         array([1.5])
     """
-    from .foreign import Foreign
+    from .foreign_leaf import Foreign
 
     if not callable(function):
         raise ArgumentTypeError(f"function: expected a callable, got {type(function).__name__}")
+    if lipschitz is not None and not isinstance(lipschitz, numbers.Real):
+        raise ArgumentTypeError(f"lipschitz: expected a number or None, got {type(lipschitz).__name__}: {lipschitz!r}")
     if lipschitz is not None and not (math.isfinite(lipschitz) and lipschitz >= 0):
         raise ArgumentError(f"lipschitz: expected a finite number >= 0, got {lipschitz!r}")
     leaf = Foreign(function, lipschitz, name or getattr(function, "__name__", type(function).__name__))
@@ -633,7 +650,7 @@ def power(base: FieldLike, exponent: FieldLike) -> Field:
     n = e.data
     if n == 0.5:
         return sqrt(b)
-    if n != math.floor(n) or abs(n) > 64:
+    if not n.is_integer():
         return exp(e * log(b))
     if n < 0:
         return 1.0 / power(b, -n)

@@ -210,6 +210,9 @@ def _sqrt(a):
 
 
 def _sqrt_interval(al, ah):
+    if ah < 0.0:
+        # No value anywhere is a number: nothing is known, so that the NaN is met by whoever samples, not culled.
+        return -_INF, _INF
     return np.sqrt(max(al, 0.0)), np.sqrt(max(ah, 0.0))
 
 
@@ -243,12 +246,14 @@ def _log(a):
 
 
 def _log_interval(al, ah):
+    if ah < 0.0:
+        return -_INF, _INF
     return (np.log(al) if al > 0.0 else -_INF), (np.log(ah) if ah > 0.0 else -_INF)
 
 
 _row("square", 1, _square, _square_interval, lambda f, a: (2.0 * a,))
-# The cone tip of a distance has no gradient; the guard gives zero there instead of NaN.
-_row("sqrt", 1, _sqrt, _sqrt_interval, lambda f, a: (0.5 / np.maximum(f, 1e-150),))
+# The cone tip of a distance has no gradient; the guard, a float32, gives zero there instead of NaN.
+_row("sqrt", 1, _sqrt, _sqrt_interval, lambda f, a: (0.5 / np.maximum(f, 1e-30),))
 _row("exp", 1, _exp, _exp_interval, lambda f, a: (f,), fast32=_exp32)
 _row("log", 1, _log, _log_interval, lambda f, a: (1.0 / a,))
 
@@ -296,7 +301,10 @@ def _sin_reduced32(r, k):
     p = p * s + np.float32(8.333078585565090e-03)
     p = p * s + np.float32(-1.666665971279144e-01)
     parity = k - np.float32(2.0) * np.floor(k * np.float32(0.5))
-    return (r + r * s * p) * (np.float32(1.0) - np.float32(2.0) * parity)
+    v = (r + r * s * p) * (np.float32(1.0) - np.float32(2.0) * parity)
+    # Where the argument is too large to be reduced the phase is lost, but never the range; NaN survives.
+    v = np.float32(1.0) if v > np.float32(1.0) else v
+    return np.float32(-1.0) if v < np.float32(-1.0) else v
 
 
 @kernel
@@ -333,17 +341,18 @@ def _arctan2_interval(al, ah, bl, bh):
 def _arctan2_32(a, b):
     x, y = abs(b), abs(a)
     big, small = max(x, y), min(x, y)
-    t = small / max(big, np.float32(1e-30))
+    t = small / (big if big > np.float32(0.0) else np.float32(1.0))
+    t = np.float32(1.0) if small == np.float32(_INF) else t
     # arctan on [0, 1] by an odd minimax polynomial (error 2e-7).
     s = t * t
-    p = np.float32(2.90188402868807315826416015625e-03)
-    p = p * s + np.float32(-1.62907354533672332763671875e-02)
-    p = p * s + np.float32(4.3082617223262786865234375e-02)
-    p = p * s + np.float32(-7.5340829789638519287109375e-02)
-    p = p * s + np.float32(1.066047251224517822265625e-01)
-    p = p * s + np.float32(-1.42089419066905975341796875e-01)
-    p = p * s + np.float32(1.99934184551239013671875e-01)
-    p = p * s + np.float32(-3.333314359188079833984375e-01)
+    p = np.float32(2.82363896258175373077393e-03)
+    p = p * s + np.float32(-1.59569028764963150024414e-02)
+    p = p * s + np.float32(4.25049886107444763183594e-02)
+    p = p * s + np.float32(-7.48900920152664184570312e-02)
+    p = p * s + np.float32(1.06347933411598205566406e-01)
+    p = p * s + np.float32(-1.42027363181114196777344e-01)
+    p = p * s + np.float32(1.99926957488059997558594e-01)
+    p = p * s + np.float32(-3.33331018686294555664062e-01)
     r = t + t * s * p
     r = np.float32(1.5707963267948966) - r if y > x else r
     r = np.float32(3.141592653589793) - r if b < np.float32(0.0) else r
@@ -375,15 +384,22 @@ def _floor_interval(al, ah):
 
 
 def _mod(a, b):
-    return a - b * np.floor(a / b)
+    r = a - b * np.floor(a / b)
+    # Rounding of a / b may leave r an ulp of a below 0 or above b; NaN passes both tests.
+    zero = b - b  # of b's type
+    low, high = (b, zero) if b < zero else (zero, b)
+    r = low if r < low else r
+    return high if r > high else r
 
 
 def _mod_interval(al, ah, bl, bh):
     if bl == bh and bl != 0.0 and np.floor(al / bl) == np.floor(ah / bl):
         n = bl * np.floor(al / bl)
+        size = abs(al) + abs(ah) + abs(bl)
         # In the float32 evaluators a sample on a period's edge may fold to either side.
-        if al - n > 1e-6 * abs(bl) and abs(bl) - (ah - n) > 1e-6 * abs(bl):
-            return al - n, ah - n
+        if al - n > 1e-6 * size and abs(bl) - (ah - n) > 1e-6 * size:
+            # The product n may be fused or rounded: the error is relative to the argument, not to the remainder.
+            return al - n - 1e-15 * size, ah - n + 1e-15 * size
     return min(bl, 0.0), max(bh, 0.0)
 
 

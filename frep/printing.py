@@ -1,4 +1,4 @@
-"""Fields as readable text, with the fewest parentheses."""
+"""Fields as readable text: Python that builds the same Field again, but for digits and very long ones."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ def _node_text(node: Field, args: list[tuple[str, int]]) -> tuple[str, int]:
             return f"{_wrap(args[0], 6)}**2", 5
         case op if op in _SYMBOL:
             level = _LEVEL[op]
-            right = level + (op in ("subtract", "divide", "less", "less_equal"))
-            return f"{_wrap(args[0], level)}{_SYMBOL[op]}{_wrap(args[1], right)}", level
+            # Python groups sums and products from the left, and would chain comparisons.
+            left = level + (op in ("less", "less_equal"))
+            return f"{_wrap(args[0], left)}{_SYMBOL[op]}{_wrap(args[1], level + 1)}", level
         case op:
             name = node.data.name if node.data is not None else _NAME.get(op, op)
             inner = ", ".join(_shorten(a[0]) for a in args)

@@ -22,8 +22,9 @@ _LEAF_MARK = -3
 _BATCH = 8192
 """Leaves evaluated between two updates of the progress bar: 4 million samples."""
 
-_MARGIN = 4.0
-"""Voxels beyond a crossing within which a leaf of data stays exact: the narrow band of a level set is three."""
+_MARGIN = 2.0
+"""Voxels beyond a crossing (or beyond the band) within which a leaf of data stays exact: a sample beside a crossing is within
+one, times the slope of the field, which a varying width makes a little more than one."""
 
 SAMPLE_BYTES = 2600
 """Memory a leaf takes while it is sampled."""
@@ -76,7 +77,7 @@ def sample(field: Field, bounds: np.ndarray, voxel: float, *, band: float = 0.0,
     with progress("culling", total=1) as advance:
         _require_memory_for_table(field, lo, hi, voxel, extra_bytes)
         lattice = Lattice.over(lo, hi, voxel)
-        limits = cutoffs(field, lo - voxel, hi + voxel, _MARGIN * voxel)
+        limits = cutoffs(field, lo - voxel, hi + voxel, (_MARGIN + band) * voxel)
         program = Program((field,), limits)
         table = _classify(program, lattice, band * voxel)
         leaves = np.argwhere(table == _LEAF_MARK).astype(np.int32)
@@ -201,6 +202,9 @@ def _crossing(node: Field, lo: float, hi: float, span: dict[Field, tuple[float, 
             return [(-max(hi, 0.0), max(hi, 0.0))]
         case "where", _:
             return [_ALL, (lo, hi), (lo, hi)]
+        case (("less" | "less_equal"), (a, b)):
+            # Beyond the other's bounds the answer is known, by however much.
+            return [span[b], span[a]]
         case "multiply", (a, b) if a.is_constant or b.is_constant:
             factor = a.data if a.is_constant else b.data
             ends = sorted((lo / factor, hi / factor)) if factor else _ALL

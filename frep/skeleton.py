@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from .beam_kernels import CAPACITY, CONE, GRAPH, OVERFLOW, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
+from .beam_kernels import CAPACITY, CONE, GRAPH, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
 from .errors import ArgumentError
 from .field import Field, constant, leaf_field
 from .packing import Packer
@@ -58,13 +58,12 @@ class Skeleton:
         packed = BeamLeaf(self, "circle", blended=False).pack(packer)
         head[: len(packed)] = packed
         fdata, idata = packer.joined("f", np.float64), packer.joined("i", np.int32)
-        capacity = CAPACITY
-        while True:
-            rows = np.empty((capacity, ROW))
-            n = gather(head, fdata, idata, *c, float(radius), rows)
-            if n != OVERFLOW:
-                return rows[:n, R_ID : R_CELL + 3].astype(np.int64)
-            capacity *= 4
+        rows = np.empty((CAPACITY, ROW))
+        n = gather(head, fdata, idata, *c, float(radius), 0, rows)
+        if n > len(rows):
+            rows = np.empty((n, ROW))
+            gather(head, fdata, idata, *c, float(radius), 0, rows)
+        return rows[:n, R_ID : R_CELL + 3].astype(np.int64)
 
     @property
     def content_key(self) -> bytes:
@@ -197,7 +196,7 @@ class BeamLeaf:
         source = PERIODIC if isinstance(self.skeleton, PeriodicSkeleton) else GRAPH
         segments = packer.floats(rows)
         data = self.skeleton._source(packer, rows)
-        return [source, _SECTIONS[self.section], int(self.blended), segments, len(rows), *data]
+        return [source, _SECTIONS[self.section], int(self.blended), int(self.with_nodes), segments, len(rows), *data]
 
 
 def _distinct_nodes(rows: np.ndarray, skeleton: Skeleton) -> np.ndarray:

@@ -27,6 +27,7 @@ from .field import (
     minimum_of,
     sqrt,
     square,
+    where,
 )
 
 if TYPE_CHECKING:
@@ -298,11 +299,13 @@ class Solid:
     def volume(self, voxel: float | None = None) -> float:
         """Volume in mm3, from the field and not from a mesh: each sample counts by how much of its voxel is inside.
 
-        `voxel` as for `sample`. Of second order in the voxel, and unbiased where walls are only two or three voxels thick.
+        `voxel` as for `sample`; the field is sampled at half of it, so that three voxels a beam's diameter give the volume of a
+        lattice to about 0.2 %. Raises as `sample`.
         """
         from .measure import volume_of
+        from .sizing import chosen_voxel, sample_solid
 
-        return volume_of(self.sample(voxel))
+        return volume_of(sample_solid(self, 0.5 * chosen_voxel(self, voxel, None), None))
 
     def save(self, path: str | Path, voxel: float | None = None, *, polish: bool = False, **options: Any) -> None:
         """Write to a file, by suffix: `.step` and `.stp`, `.vdb`, or any mesh format (`.stl`, `.ply`, `.obj`).
@@ -427,7 +430,8 @@ def round_minimum(fields: list[Field], radius: Field) -> Field:
     total = within[0]
     for term in within[1:]:
         total = total + term
-    return maximum(radius, minimum_of(fields)) - sqrt(total)
+    nearest = minimum_of(fields)
+    return where(nearest < radius, radius - sqrt(total), nearest)
 
 
 def _combine(solids: list[Solid], radius: Field, sign: float) -> Field:

@@ -74,7 +74,7 @@ def thickened(
 
 
 def _is_per_node(diameter: Any) -> bool:
-    return not isinstance(diameter, Field) and not callable(diameter) and np.ndim(diameter) == 1
+    return isinstance(diameter, list | tuple) or (isinstance(diameter, np.ndarray) and diameter.ndim == 1)
 
 
 def _per_node(diameter: Any, skeleton: Skeleton) -> np.ndarray:
@@ -103,7 +103,9 @@ def _bounds(
     if end_radii is not None:
         outline = axes + float(end_radii.max()) * np.array([[-1.0], [1.0]])
     else:
-        outline = grown(axes, constant(0.0) if width is None else width, math.sqrt(0.5) if is_square else 0.5, "diameter")
+        outline = grown(
+            axes, constant(0.0) if width is None else width, math.sqrt(0.5) if is_square else 0.5, "diameter"
+        )
     if node_width is not None:
         balls = grown(axes, node_width, 0.5, "node")
         outline = np.array([np.minimum(outline[0], balls[0]), np.maximum(outline[1], balls[1])])

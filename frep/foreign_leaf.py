@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from .errors import FunctionError
-
-_serial = itertools.count(1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +19,8 @@ class Foreign:
     function: Callable[..., Any]
     lipschitz: float | None
     name: str
-    serial: int = field(default_factory=lambda: next(_serial))
+    # Unique beyond this process: a pickled leaf must not meet another function of the same number in a worker.
+    serial: str = field(default_factory=lambda: uuid.uuid4().hex)
 
     @property
     def content_key(self) -> bytes:
@@ -33,7 +32,10 @@ class Foreign:
         Raises:
             FunctionError: the function raised (the original is the cause), or returned NaN or the wrong shape.
         """
-        x, y, z = (np.ascontiguousarray(points[:, axis]) for axis in range(3))
+        if len(points) == 0:
+            return np.empty(0)
+        # Copies, so that a function that writes to its arguments harms nobody.
+        x, y, z = (points[:, axis].copy() for axis in range(3))
         try:
             with np.errstate(all="ignore"):
                 result = self.function(x, y, z)
@@ -44,10 +46,12 @@ class Foreign:
         except Exception as error:
             raise FunctionError(f"the function {self.name!r} raised {type(error).__name__}: {error}") from error
         try:
+            if result is None or np.iscomplexobj(result):
+                raise TypeError("real numbers are needed")
             values = np.asarray(result, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise FunctionError(
-                f"the function {self.name!r} must return numbers, it returned {type(result)}"
+                f"the function {self.name!r} must return real numbers, it returned {type(result).__name__}: {result!r:.80}"
             ) from error
         if values.ndim == 0:
             values = np.full(len(points), float(values))

@@ -1,0 +1,76 @@
+"""Volumes from the field: closed forms, the slope's independence, invariances."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import frep
+from frep import Solid
+from frep.grid import INSIDE, LEAF
+from topologies import beams
+
+X, Y, Z = frep.coordinates()
+BALL = 4 / 3 * math.pi * 5**3
+
+
+def test_ball_converges():
+    """Halving the voxel divides the error by about four, so that a quarter of the voxel divides it by eight at least."""
+    ball = frep.sphere((0.1, 0.2, 0.3), 5)
+    errors = [abs(ball.volume(h) - BALL) for h in (1.0, 0.25)]
+    assert errors[1] < errors[0] / 8
+    assert errors[1] < 2e-3 * BALL
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.3, 7.0])
+def test_fields_that_are_no_distances_measure_the_same(factor):
+    """The slope is taken out: the same zero set, another steepness, and one that varies."""
+    ball = frep.sphere((0, 0, 0), 5)
+    steep = Solid(factor * ball.field, bounds=ball.bounds + [[-1], [1]])
+    assert steep.volume(0.25) == pytest.approx(BALL, rel=4e-3)
+    squared = Solid((X**2 + Y**2 + Z**2 - 25) * factor, bounds=ball.bounds + [[-1], [1]])
+    assert squared.volume(0.25) == pytest.approx(BALL, rel=4e-3)
+
+
+def test_flat_boxes_are_exact_but_for_their_edges():
+    """Faces midway between samples cost nothing: what is left goes with the edges, of second order."""
+    lo, hi = np.array([0.3, -1.7, 2.2]), np.array([9.1, 6.4, 8.8])
+    size = hi - lo
+    errors = [abs(frep.box(lo, hi).volume(h) - size.prod()) for h in (0.4, 0.2)]
+    assert errors[1] < 0.4 * size.sum() * 0.2**2
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_thin_walls_of_any_alignment():
+    """A plate 2.2 voxels thick, turned and shifted."""
+    voxel, wall = 0.25, 0.55
+    for normal, shift in (((0, 0, 1), 0.0), ((0, 0, 1), 0.11), ((1, 2, 2), 0.07), ((3, 4, 0), 0.2)):
+        plate = frep.half_space(normal).shell(wall).translate((0, 0, shift)) & frep.sphere((0, 0, 0), 8)
+        # The slab between the plane and `wall` behind it, cut from the ball.
+        top = shift * normal[2] / float(np.linalg.norm(normal))
+        low = top - wall
+        expected = math.pi * (64 * (top - low) - (top**3 - low**3) / 3)
+        assert plate.volume(voxel) == pytest.approx(expected, rel=0.01)
+
+
+def test_moved_parts_measure_the_same():
+    part = beams.bcc(5).thicken(1.4) & frep.sphere((0, 0, 0), 9)
+    volume = part.volume(0.3)
+    assert part.translate((3 * 0.3, 0, 0)).volume(0.3) == pytest.approx(volume, rel=1e-6)
+    assert part.rotate((1, 2, 3), 0.4).volume(0.3) == pytest.approx(volume, rel=0.01)
+    assert part.scale(2).volume(0.6) == pytest.approx(8 * volume, rel=1e-5)
+
+
+def test_union_and_intersection_share_out_the_volume():
+    """|A| + |B| = |A or B| + |A and B|, sample by sample up to the creases."""
+    a, b = frep.sphere((0, 0, 0), 4), frep.box((-1, -2, -3), (6, 5, 4))
+    h = 0.2
+    assert (a | b).volume(h) + (a & b).volume(h) == pytest.approx(a.volume(h) + b.volume(h), rel=3e-3)
+
+
+def test_inside_tiles_count():
+    grid = frep.box((0, 0, 0), (30, 30, 30)).sample(0.5)
+    assert np.count_nonzero(grid.table == INSIDE) * LEAF**3 * 0.125 > 0.3 * 30**3
+    assert frep.box((0, 0, 0), (30, 30, 30)).volume(0.5) == pytest.approx(27000, rel=2e-3)
