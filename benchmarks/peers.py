@@ -6,10 +6,10 @@ one cell, which loads what is loaded on first use (`first`); the seconds are of 
 meshes, by the divergence theorem; the true ones are frep's by field at 0.1 mm (Bs has none: every system blends its way).
 
 Each peer gets a virtual environment of its own under ~/.cache/frep-peers (or $XDG_CACHE_HOME), made when first needed; one
-that does not install, fails or takes too long is listed with the reason. Peers whose licence forbids commercial use are
-only installed on demand.
+that does not install, fails or takes too long is listed with the reason, as are those that are not asked. A whole run takes
+some six minutes, nearly all of it the peers'.
 
-    python benchmarks/peers.py [--cells 10] [--runs 5] [--peer-runs 1] [--only microgen] [--non-commercial]
+    python benchmarks/peers.py [--cells 10] [--runs 5] [--peer-runs 1] [--only microgen]
 """
 
 from __future__ import annotations
@@ -36,12 +36,11 @@ DIAGONALS = ((1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1))
 
 @dataclass(frozen=True)
 class Peer:
-    """What pip installs, what the peer can make, and how its licence reads."""
+    """What pip installs, and which parts the peer can make."""
 
     requirements: tuple[str, ...]
     parts: tuple[str, ...]
-    remark: str = ""
-    commercial: bool = True
+    remark: str
 
 
 PEERS = {
@@ -50,10 +49,13 @@ PEERS = {
     "manifold3d": Peer(("manifold3d==3.5.4", "numpy>=2"), ("A", "B", "CA"), "level_set of a Python function; booleans"),
     "distforge": Peer(("distforge==1.0.0",), ("B", "Bs"), "no TPMS without a GPU"),
     "pyscaffolder": Peer(("PyScaffolder==1.5.4", "numpy>=2"), ("A",), "its double gyroid, cut by a box"),
-    "openvcad": Peer(("OpenVCAD==3.1.0",), (), "9.5 to 63 s in the project's survey", commercial=False),
-    "meshlib": Peer(("meshlib==3.1.4.297",), (), "3.5 s (B) and 32 s (A) in the project's survey", commercial=False),
 }
-"""tpmslab 0.3 makes one cell only, so it is not asked."""
+
+NOT_ASKED = {
+    "MeshLib 3.1": "non-commercial licence",
+    "OpenVCAD 3.1": "non-commercial licence",
+    "tpmslab 0.3": "makes one cell only",
+}
 
 
 # --- in the peer's process ------------------------------------------------------------------------------------------------
@@ -334,28 +336,22 @@ def main() -> None:
         peer_runs=(1, "runs of each peer"),
         only=("", "one peer instead of all"),
         limit=(600.0, "seconds a run of a peer may take"),
-        non_commercial=(False, "install peers whose licence forbids commercial use, too"),
     )
     print(setting(given.runs, f"{given.cells}^3 cells, {VOXEL} mm, peers' runs: {given.peer_runs}, a process a run"))
     true = true_volumes(PARTS, given.cells)
     measure(sys.executable, "frep", "A", 1, 1, 600.0)  # compiles, if need be
     ours = {part: measure(sys.executable, "frep", part, given.cells, given.runs, 600.0) for part in PARTS}
     rows = [row_of("frep", part, ours[part], true[part]) for part in PARTS]
-    left_out: list[list[str]] = []
+    left_out = [[name, "", reason] for name, reason in NOT_ASKED.items()]
     best: dict[str, tuple[float, str]] = {}
     for name, peer in PEERS.items():
         if given.only and name != given.only:
-            continue
-        if not peer.commercial and not given.non_commercial:
-            left_out.append([name, "", f"non-commercial licence; {peer.remark}"])
             continue
         try:
             python = interpreter_of(name, peer)
         except RuntimeError as error:
             left_out.append([name, "", str(error)])
             continue
-        if not peer.parts:
-            left_out.append([name, "", f"installed, but no script for it here; {peer.remark}"])
         for part in peer.parts:
             try:
                 found = measure(python, name, part, given.cells, given.peer_runs, given.limit)
@@ -368,11 +364,10 @@ def main() -> None:
     table(["", "part", "seconds", "first", "peak MB", "triangles", "volume mm3", "error"], rows)
     for part, (seconds, name) in sorted(best.items(), key=lambda item: PARTS.index(item[0])):
         print_ratio(f"{part}: best peer ({name}) / frep", seconds / ours[part]["seconds"], ">= 10")
-    if left_out:
-        print()
-        table(["left out", "part", "reason"], left_out)
+    print()
+    table(["left out", "part", "reason"], left_out)
     for name, peer in PEERS.items():
-        if peer.parts and (not given.only or name == given.only):
+        if not given.only or name == given.only:
             print(f"{name}: {', '.join(peer.requirements)}; {peer.remark}")
 
 

@@ -59,13 +59,13 @@ from .field import (
 )
 from .grid import SparseGrid
 from .primitives import box, capsule, cone, cylinder, half_space, rounded_box, sphere, torus
+from .progress import Stages, progress
 from .solid import Solid, difference, intersection, union
 
 if TYPE_CHECKING:
     from .bodies import from_mesh, load
     from .check import MeshReport
     from .mesh import Mesh
-    from .progress import Stages, progress
     from .view import render
 
 __version__ = "0.1.0"
@@ -73,10 +73,8 @@ __version__ = "0.1.0"
 _LAZY = {
     "Mesh": "mesh",
     "MeshReport": "check",
-    "Stages": "progress",
     "from_mesh": "bodies",
     "load": "bodies",
-    "progress": "progress",
     "render": "view",
 }
 

@@ -222,8 +222,10 @@ def _intervals(
         lows, highs = np.empty((n_registers, _BOXES)), np.empty((n_registers, _BOXES))
         rows = np.empty((CAPACITY, ROW), np.float64)
         for r in range(len(constants)):
-            lows[3 + r, :] = constants[r]
-            highs[3 + r, :] = constants[r]
+            # Of a constant that is not a number nothing is known.
+            known = constants[r] == constants[r]
+            lows[3 + r, :] = constants[r] if known else -math.inf
+            highs[3 + r, :] = constants[r] if known else math.inf
         for i in range(n):
             for axis in range(3):
                 lows[axis, i], highs[axis, i] = lo[start + i, axis], hi[start + i, axis]
@@ -376,7 +378,8 @@ def _axis_table(fields: tuple[Field, ...], axis: int, coordinates: np.ndarray, d
         return np.zeros((1, 1), dtype)
     points = np.zeros((len(coordinates), 3))
     points[:, axis] = coordinates
-    return values_at(fields, points).astype(dtype)
+    with np.errstate(over="ignore"):
+        return values_at(fields, points).astype(dtype)
 
 
 def _locality(points: np.ndarray, batch: int) -> np.ndarray | None:

@@ -91,6 +91,11 @@ class Field:
         return int.from_bytes(self.key[:8], "little", signed=True)
 
     def __eq__(self, other: object) -> bool:
+        if isinstance(other, numbers.Real):
+            raise ArgumentTypeError(
+                f"{self!r} == {other}: Fields are compared with < and >, which differ from place to place; == tells whether two "
+                "Fields are the same expression"
+            )
         return self is other
 
     # --- numbers ---------------------------------------------------------------------------------------------------
@@ -280,10 +285,15 @@ class Field:
         return function(*(_scalar(i) for i in inputs))
 
     def __array_function__(self, function, types, args, kwargs):
-        ours = {np.where: where, np.clip: clip}.get(function)
-        if ours is None or kwargs:
-            return NotImplemented
-        return ours(*args)
+        if function is np.where and not kwargs:
+            return where(*args)
+        if function is np.clip:
+            named = {
+                {"a_min": "lower", "min": "lower", "a_max": "upper", "max": "upper"}.get(k, k): v
+                for k, v in kwargs.items()
+            }
+            return _lift(args[0]).clip(*args[1:], **named)
+        return NotImplemented
 
     # --- text --------------------------------------------------------------------------------------------------------
 

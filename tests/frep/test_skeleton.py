@@ -169,7 +169,9 @@ def test_ball_query_grows_its_list():
     assert len(np.unique(found, axis=0)) == len(found)
 
 
-@pytest.mark.parametrize(("center", "radius"), [((0, 0), 1), ((0, 0, math.nan), 1), ((0, 0, 0), -1), ((0, 0, 0), math.inf)])
+@pytest.mark.parametrize(
+    ("center", "radius"), [((0, 0), 1), ((0, 0, math.nan), 1), ((0, 0, 0), -1), ((0, 0, 0), math.inf)]
+)
 def test_ball_query_refuses_nonsense(center, radius):
     with pytest.raises(ArgumentError, match=r"center|radius"):
         SKELETONS["bcc"].beams_meeting(center, radius)
@@ -290,7 +292,10 @@ def test_distance_far_from_many_beams(height, blend):
     number = np.arange(50 * 50).reshape(50, 50)
     nodes = np.stack(np.meshgrid(np.arange(50.0), np.arange(50.0), [0.0], indexing="ij"), -1).reshape(-1, 3)
     edges = np.concatenate(
-        [np.stack([number[:-1], number[1:]], -1).reshape(-1, 2), np.stack([number[:, :-1], number[:, 1:]], -1).reshape(-1, 2)]
+        [
+            np.stack([number[:-1], number[1:]], -1).reshape(-1, 2),
+            np.stack([number[:, :-1], number[:, 1:]], -1).reshape(-1, 2),
+        ]
     )
     skeleton = beams.graph(nodes, edges).skeleton
     points = np.array([[24.3, 25.2, height], [-height, 3.5, 0.0], [10.5, -height, height]])

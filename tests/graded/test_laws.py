@@ -23,9 +23,7 @@ def test_linear_interpolates_between_its_ends(axis, start, stop, low, high):
     if abs(stop - start) < 1e-3:
         return
     law = linear(axis, start, stop, low, high)
-    expected = np.interp(
-        POINTS[:, "xyz".index(axis)], *zip(*sorted([(start, low), (stop, high)]), strict=True)
-    )
+    expected = np.interp(POINTS[:, "xyz".index(axis)], *zip(*sorted([(start, low), (stop, high)]), strict=True))
     np.testing.assert_allclose(frep.as_field(law)(POINTS), expected, atol=1e-9)
 
 
@@ -79,9 +77,7 @@ def test_bounds_of_the_laws_enclose():
 
 def test_distance_to_a_solid_is_positive_on_both_sides():
     ball = distance_to(frep.sphere((1, 2, 3), 5))
-    np.testing.assert_allclose(
-        ball(POINTS), np.abs(np.linalg.norm(POINTS - (1, 2, 3), axis=1) - 5), atol=1e-12
-    )
+    np.testing.assert_allclose(ball(POINTS), np.abs(np.linalg.norm(POINTS - (1, 2, 3), axis=1) - 5), atol=1e-12)
     cube = distance_to(frep.box((-1, -1, -1), (1, 1, 1)))
     np.testing.assert_allclose(cube([[0, 0, 0], [0, 0.5, 0], [4, 5, 1]]), [1, 0.5, 5], atol=1e-12)
 

@@ -88,9 +88,7 @@ def test_graph_edges_given_twice_count_once():
     once, twice = beams.graph(nodes, [(0, 1), (1, 2)]), beams.graph(nodes, [(0, 1), (1, 2), (1, 0), (0, 1)])
     assert len(twice.skeleton.edges) == 2
     points = RNG.uniform(-2, 7, (300, 3))
-    np.testing.assert_array_equal(
-        once.thicken(1, blend=0.4).field(points), twice.thicken(1, blend=0.4).field(points)
-    )
+    np.testing.assert_array_equal(once.thicken(1, blend=0.4).field(points), twice.thicken(1, blend=0.4).field(points))
 
 
 def test_node_balls_of_a_period_count_once():
@@ -242,7 +240,9 @@ def test_vertical_squares_stand_along_x():
 
 def test_fillet_may_vary_along_the_beam():
     """Square at one end, a circle at the other (lf-rep 5)."""
-    part = beams.graph([(0, 0, 0), (10, 0, 0)], [(0, 1)]).thicken(2, section=beams.square(fillet=frep.clip(X / 10, 0, 1)))
+    part = beams.graph([(0, 0, 0), (10, 0, 0)], [(0, 1)]).thicken(
+        2, section=beams.square(fillet=frep.clip(X / 10, 0, 1))
+    )
     corner = np.array([[x, 0.9, 0.9] for x in (1.0, 5.0, 9.0)])
     assert (part.field(corner) < 0).tolist() == [True, False, False]
 
@@ -255,7 +255,9 @@ def test_diameter_is_read_where_the_point_is():
 
 
 def test_square_beams_with_balls_and_blend_mesh():
-    part = beams.simple_cubic(5).thicken(1.2, section=beams.square(0.2), node=2.0, blend=0.3) & frep.box((0,) * 3, (10,) * 3)
+    part = beams.simple_cubic(5).thicken(1.2, section=beams.square(0.2), node=2.0, blend=0.3) & frep.box(
+        (0,) * 3, (10,) * 3
+    )
     assert part.mesh(voxel=0.2).check().printable
 
 
