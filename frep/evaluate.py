@@ -2,7 +2,7 @@
 
 Three of them, all made from the operation table:
 
-- *blocks*: float32 (or float64) values on the 8 x 8 x 8 samples of grid leaves, a register being 512 numbers;
+- *blocks*: float32 values on the 8 x 8 x 8 samples of grid leaves, a register being 512 numbers;
 - *points*: float64 values at arbitrary points, in batches of 512;
 - *intervals*: float64 bounds over batches of boxes, rounded outward.
 
@@ -16,8 +16,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numba import prange, types
-from numba.extending import overload
+from numba import prange
 
 from . import ops
 from .beam_kernels import CAPACITY, ROW, beams_block, beams_interval
@@ -30,6 +29,9 @@ from .tape import BEAMS, LOAD_EXTERNAL, LOAD_X, LOAD_Y, LOAD_Z, Tape, lower
 
 BLOCK = 512
 """Samples of a leaf, points of a batch: the length of a register."""
+
+_FAR_BLOCKS = 1024
+"""Blocks whose samples are evaluated at once as points."""
 
 _DATA_BATCH = 96
 """Points of a batch where data leaves are asked: about the vertices of one leaf block."""
@@ -79,25 +81,6 @@ _arithmetic_64 = _arithmetic_kernel("arithmetic_64", fast=False)
 _arithmetic_interval = _interval_kernel("arithmetic_interval")
 
 
-def _arithmetic(op, regs, out, a, b, c, n):
-    raise NotImplementedError("compiled code only")
-
-
-@overload(_arithmetic)
-def _arithmetic_for_type(op, regs, out, a, b, c, n):
-    if regs.dtype == types.float32:
-
-        def single(op, regs, out, a, b, c, n):
-            _arithmetic_32(op, regs, out, a, b, c, n)
-
-        return single
-
-    def double(op, regs, out, a, b, c, n):
-        _arithmetic_64(op, regs, out, a, b, c, n)
-
-    return double
-
-
 # --- interpreters ------------------------------------------------------------------------------------------------------
 
 
@@ -119,7 +102,7 @@ def _run_block(code, regs, tx, ty, tz, i0, j0, k0, external, heads, fdata, idata
     for p in range(len(code)):
         op, out, slot = code[p, 0], code[p, 1], code[p, 2]
         if op < _N_OPERATIONS:
-            _arithmetic(op, regs, out, slot, code[p, 3], code[p, 4], BLOCK)
+            _arithmetic_32(op, regs, out, slot, code[p, 3], code[p, 4], BLOCK)
         elif op == LOAD_X:
             for i in range(8):
                 v = tx[slot, i0 + i]
@@ -185,7 +168,7 @@ def _points(
         for p in range(len(code)):
             ins = code[p]
             if ins[0] < _N_OPERATIONS:
-                _arithmetic(ins[0], regs, ins[1], ins[2], ins[3], ins[4], n)
+                _arithmetic_64(ins[0], regs, ins[1], ins[2], ins[3], ins[4], n)
             elif ins[0] == LOAD_EXTERNAL:
                 for i in range(n):
                     regs[ins[1], i] = external[ins[2], start + i]
@@ -317,17 +300,24 @@ class Program:
         Args:
             blocks: (n, 3) int32 block coordinates.
             axes: float64 coordinates of the samples along each axis, eight times the blocks of that axis.
-            out: (k, n, 512) float32 or float64, filled.
+            out: (k, n, 512) float32, filled.
+
+        Far from the origin, or at voxels tiny beside the part, float32 coordinates would be too coarse; the samples are then
+        evaluated as points, in float64, several times slower.
         """
+        if _needs_double(axes):
+            for start in range(0, len(blocks), _FAR_BLOCKS):
+                part = slice(start, start + _FAR_BLOCKS)
+                out[:, part] = self.at(block_points(blocks[part], axes)).reshape(len(self.fields), -1, BLOCK)
+            return
         tape, data = self.tape(True)
-        dtype = np.float64 if _needs_double(axes) else np.float32
-        tables = [_axis_table(tape.hoisted[axis], axis, axes[axis], dtype) for axis in range(3)]
-        constants = tape.constants.astype(dtype)
+        tables = [_axis_table(tape.hoisted[axis], axis, axes[axis]) for axis in range(3)]
+        constants = tape.constants.astype(np.float32)
         # Foreign leaves get 1024 blocks at once: 12 MB of coordinates.
         step = 1024 if tape.externals else max(len(blocks), 1)
         for start in range(0, len(blocks), step):
             part = blocks[start : start + step]
-            external = np.empty((len(tape.externals), len(part), BLOCK), dtype)
+            external = np.empty((len(tape.externals), len(part), BLOCK), np.float32)
             if tape.externals:
                 points = block_points(part, axes)
                 for i, node in enumerate(tape.externals):
@@ -373,13 +363,13 @@ def _needs_double(axes) -> bool:
     return far > 2**15 * voxel
 
 
-def _axis_table(fields: tuple[Field, ...], axis: int, coordinates: np.ndarray, dtype) -> np.ndarray:
+def _axis_table(fields: tuple[Field, ...], axis: int, coordinates: np.ndarray) -> np.ndarray:
     if not fields:
-        return np.zeros((1, 1), dtype)
+        return np.zeros((1, 1), np.float32)
     points = np.zeros((len(coordinates), 3))
     points[:, axis] = coordinates
     with np.errstate(over="ignore"):
-        return values_at(fields, points).astype(dtype)
+        return values_at(fields, points).astype(np.float32)
 
 
 def _locality(points: np.ndarray, batch: int) -> np.ndarray | None:

@@ -159,7 +159,7 @@ def cone(start, end, start_radius, end_radius=0.0) -> Solid:
     """The cone frustum with flat ends, `start_radius` at `start` and `end_radius` (may be 0) at `end`, mm."""
     a, b, u, length = _axis_frame(start, end)
     ra = positive(start_radius, "start_radius")
-    rb = 0.0 if end_radius == 0 else positive(end_radius, "end_radius")
+    rb = 0.0 if isinstance(end_radius, int | float) and end_radius == 0 else positive(end_radius, "end_radius")
     t, radial = _axial(a, u)
     # Half plane (radial, t): distance to the two cap segments and to the slanted side, sign by the half planes.
     cap_radius = where(t < 0.5 * length, ra, rb)

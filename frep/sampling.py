@@ -114,6 +114,10 @@ def _classify(program: Program, lattice: Lattice, band: float = 0.0) -> np.ndarr
     size = 4 ** max(0, math.ceil(math.log(max(float(np.prod(shape)), 1.0) / 64.0, 64)))
     boxes = np.argwhere(np.ones(np.ceil(shape / size).astype(int), bool))
     while True:
+        if size == 1 and _mostly_mixed(program, lattice, boxes, band):
+            # Bounding each of them would cost more than the few that it would spare.
+            table[tuple(boxes.T)] = _LEAF_MARK
+            return table
         low, high = _bounds_of(program, lattice, boxes, size)
         inside = boxes[high < -band]
         mixed = boxes[(low <= band) & (high >= -band)]
@@ -125,6 +129,19 @@ def _classify(program: Program, lattice: Lattice, band: float = 0.0) -> np.ndarr
         boxes = (mixed[:, None, :] * 4 + _CHILDREN).reshape(-1, 3)
         boxes = boxes[(boxes * size < shape).all(axis=1)]
 
+
+def _mostly_mixed(program: Program, lattice: Lattice, boxes: np.ndarray, band: float) -> bool:
+    if len(boxes) < 8 * _ASKED:
+        return False
+    low, high = _bounds_of(program, lattice, boxes[:: len(boxes) // _ASKED], 1)
+    return float(np.mean((low <= band) & (high >= -band))) >= _MOSTLY
+
+
+_ASKED = 512
+"""Boxes of the last level that are asked before the others."""
+
+_MOSTLY = 0.97
+"""Share of them that must be mixed to take all for leaves."""
 
 _CHILDREN = np.argwhere(np.ones((4, 4, 4), bool))
 

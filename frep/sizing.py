@@ -114,19 +114,18 @@ def _require_positive(width: Field, points: np.ndarray, what: str) -> None:
 def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
     if not solid.features or not len(grid.leaves):
         return
-    centres = grid.origin + grid.voxel * (LEAF * grid.leaves + 0.5 * (LEAF - 1))
-    centres = centres[:: max(1, len(centres) // 20000)]
-    near = (
-        np.abs(grid.values[:: max(1, len(grid.leaves) // 20000)]).reshape(len(centres), -1).min(axis=1) < 2 * grid.voxel
-    )
+    asked = slice(None, None, max(1, len(grid.leaves) // _ASKED))
+    centres = grid.origin + grid.voxel * (LEAF * grid.leaves[asked] + 0.5 * (LEAF - 1))
+    near = np.abs(grid.values[asked]).reshape(len(centres), -1).min(axis=1) < 2 * grid.voxel
     centres = np.clip(centres[near], *solid.bounds)
-    if not len(centres):
-        return
     thinnest, what = math.inf, ""
     for feature in solid.features:
-        if not feature.width.is_constant:
+        width = math.inf
+        if feature.width.is_constant:
+            width = feature.width.data
+        elif len(centres):
             _require_positive(feature.width, centres, feature.what)
-        width = feature.width.data if feature.width.is_constant else float(feature.width(centres).min())
+            width = float(feature.width(centres).min())
         if width < thinnest:
             thinnest, what = width, feature.what
     if thinnest < 2.0 * grid.voxel * (1.0 - 1e-9):
@@ -135,6 +134,10 @@ def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
             f"a voxel of {0.5 * thinnest:.3g} mm resolves it",
             ThinWallWarning,
         )
+
+
+_ASKED = 2000
+"""Leaves at which varying widths are looked at."""
 
 
 def _is_empty(part: Solid, bounds: np.ndarray, voxel: float) -> bool:

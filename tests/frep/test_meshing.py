@@ -16,6 +16,7 @@ from topologies import beams, tpms
 
 RNG = np.random.default_rng(9)
 X, Y, Z = frep.coordinates()
+LEVEL = frep.sin(X) * frep.cos(Y) + frep.sin(Y) * frep.cos(Z) + frep.sin(Z) * frep.cos(X)
 BOX = frep.box((0.1, -0.2, 0.3), (12.3, 10.1, 9.4))
 
 
@@ -23,6 +24,8 @@ def designs() -> dict[str, tuple[Solid, float]]:
     law = parabola("x", 0, 12, ends=1.0, middle=2.5)
     ball = frep.sphere((6, 5, 5), 4.8)
     nodes = RNG.uniform(0, 10, (25, 3))
+    holes = [frep.cylinder((3 * i, 3 * j, -1), (3 * i, 3 * j, 11), 1) for i in (1, 2, 3) for j in (1, 2)]
+    ring = frep.torus((0, 0, 1), (0, 0, 1), 4, 1)
     return {
         "box": (BOX, 0.7),
         "graded bcc": (beams.bcc(4).thicken(law, node=1.1 * law) & BOX, 0.35),
@@ -31,15 +34,15 @@ def designs() -> dict[str, tuple[Solid, float]]:
         "graph": (beams.graph(nodes, [(i, i + 1) for i in range(24)]).thicken(np.linspace(0.8, 2, 25), blend=0.3), 0.3),
         "gyroid": (tpms.gyroid(cell=6).sheet(linear("z", 0, 9, 0.7, 1.8)) & BOX, 0.3),
         "P in a ball with a skin": ((tpms.schwarz_p(cell=4).sheet(0.8) & ball) | ball.shell(0.7), 0.3),
-        "level set": (Solid(abs(frep.sin(X) * frep.cos(Y) + frep.sin(Y) * frep.cos(Z) + frep.sin(Z) * frep.cos(X)) - 0.4) & BOX, 0.3),
+        "level set": (Solid(abs(LEVEL) - 0.4) & BOX, 0.3),
         "plate with holes": (
-            frep.difference(BOX, *[frep.cylinder((3 * i, 3 * j, -1), (3 * i, 3 * j, 11), 1) for i in (1, 2, 3) for j in (1, 2)], blend=0.3),
+            frep.difference(BOX, *holes, blend=0.3),
             0.4,
         ),
-        "cone and torus": (frep.union(frep.cone((0, 0, 0), (0, 0, 6), 3), frep.torus((0, 0, 1), (0, 0, 1), 4, 1), blend=0.5), 0.3),
+        "cone and torus": (frep.union(frep.cone((0, 0, 0), (0, 0, 6), 3), ring, blend=0.5), 0.3),
         "cube corner to corner": (frep.box((0, 0, 0), (4, 4, 4)) | frep.box((4, 4, 4), (8, 8, 8)), 0.5),
         "rotated box": (frep.box((0, 0, 0), (6, 5, 4)).rotate((1, 2, 3), 0.7), 0.35),
-    }  # fmt: skip
+    }
 
 
 DESIGNS = designs()
@@ -155,7 +158,7 @@ PATTERNS = {
     "bcc": beams.bcc(4).thicken(2.5),
     "blended cubic": beams.simple_cubic(4).thicken(2.0, blend=0.5),
     "gyroid": tpms.gyroid(cell=7).sheet(1.6),
-    "level set": Solid(abs(frep.sin(X) * frep.cos(Y) + frep.sin(Y) * frep.cos(Z) + frep.sin(Z) * frep.cos(X)) - 1.0),
+    "level set": Solid(abs(LEVEL) - 1.0),
 }
 
 

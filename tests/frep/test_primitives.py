@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -44,9 +45,9 @@ def revolved(
 ) -> np.ndarray:
     """Signed distance to the solid that a convex profile (radius, height), from axis to axis, sweeps."""
     flat = axial(points, origin, axis)
-    distance = np.min([to_segment(flat, p, q) for p, q in zip(profile, profile[1:], strict=False)], axis=0)
+    distance = np.min([to_segment(flat, p, q) for p, q in pairwise(profile)], axis=0)
     inside = np.ones(len(points), bool)
-    for (r0, t0), (r1, t1) in zip(profile, profile[1:], strict=False):
+    for (r0, t0), (r1, t1) in pairwise(profile):
         inside &= (r1 - r0) * (flat[:, 1] - t0) - (t1 - t0) * (flat[:, 0] - r0) > 0
     return np.where(inside, -distance, distance)
 
@@ -211,7 +212,7 @@ VOLUMES = {
 @pytest.mark.parametrize("kind", VOLUMES)
 def test_volumes_from_field_and_mesh(kind):
     solid = PRIMITIVES[kind]
-    voxel = {"box": 0.06, "torus": 0.15}.get(kind, 0.04 * float(np.ptp(solid.bounds, axis=0).min()))
+    voxel = {"box": 0.03, "torus": 0.15}.get(kind, 0.04 * float(np.ptp(solid.bounds, axis=0).min()))
     assert solid.volume(voxel) == pytest.approx(VOLUMES[kind], rel=4e-3)
     assert solid.mesh(voxel, polish=True).volume == pytest.approx(VOLUMES[kind], rel=4e-3)
 

@@ -147,12 +147,13 @@ def test_ball_query_finds_every_beam_once(kind):
     segments, labels = unrolled(skeleton, lo - largest, hi + largest)
     # The labels as one number, to compare lists fast.
     weight = np.array([1, 1_000, 1_000_000, 1_000_000_000])
-    code = (labels + (0, 500, 500, 500)) @ weight
+    middle = np.array([0, 500, 500, 500])
+    code = (labels + middle) @ weight
     missed = extra = twice = 0
     for part in np.array_split(np.arange(BALLS), 80):
         distance = axis_distances(centers[part], segments)
         for row, ball in zip(distance, part, strict=True):
-            found = (skeleton.beams_meeting(centers[ball], radii[ball]) + (0, 500, 500, 500)) @ weight
+            found = (skeleton.beams_meeting(centers[ball], radii[ball]) + middle) @ weight
             surely, maybe = code[row < radii[ball] - 1e-9], code[row < radii[ball] + 1e-9]
             missed += len(np.setdiff1d(surely, found))
             extra += len(np.setdiff1d(found, maybe))

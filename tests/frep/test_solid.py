@@ -282,7 +282,7 @@ def test_transforms_compose_and_undo():
 def test_widths_move_and_grow_with_the_solid():
     skin = frep.sphere((0, 0, 0), 5).shell(1 + 0.05 * X).translate((10, 0, 0)).scale(3)
     (feature,) = skin.features
-    points = POINTS + (30.0, 0, 0)
+    points = POINTS + np.array([30.0, 0, 0])
     np.testing.assert_allclose(feature.width(points), 3 * (1 + 0.05 * (points[:, 0] / 3 - 10)), atol=1e-12)
 
 

@@ -103,8 +103,8 @@ def test_lattices_repeat_and_mirror():
     part = beams.bcc((4, 5, 6)).thicken(0.9, node=1.2, blend=0.3)
     points = RNG.uniform(0, 6, (400, 3))
     values = part.field(points)
-    np.testing.assert_allclose(part.field(points + (8, -5, 12)), values, atol=1e-9)
-    np.testing.assert_allclose(part.field(points * (-1, 1, 1)), values, atol=1e-9)
+    np.testing.assert_allclose(part.field(points + np.array([8, -5, 12])), values, atol=1e-9)
+    np.testing.assert_allclose(part.field(points * np.array([-1, 1, 1])), values, atol=1e-9)
 
 
 # --- volumes -----------------------------------------------------------------------------------------------------------

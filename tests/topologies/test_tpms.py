@@ -19,6 +19,10 @@ SURFACES = {"gyroid": (tpms.gyroid, 3.0916, -8), "schwarz_p": (tpms.schwarz_p, 2
 """Area of a cell's nodal surface over the cell side squared, and the sheet's Euler number (lf-rep O8)."""
 
 
+CUBOID = (6.0, 9.0, 7.0)
+"""One uneven cell for all tests: a distance is made once for a surface and cell."""
+
+
 def on_surface(surface: tpms.PeriodicSurface, n: int = 2000) -> tuple[np.ndarray, np.ndarray]:
     """Random points of the zero set and their unit normals, by Newton steps on the level function alone."""
     points = RNG.uniform(0, surface.cell, (n, 3))
@@ -60,7 +64,7 @@ def test_areas_of_both_sides(kind):
     assert size[period].sum() / u**2 == pytest.approx(2 * area + math.pi * euler * share**2, rel=0.01)
 
 
-@pytest.mark.parametrize("cell", [10.0, (10.0, 14.0, 8.0)], ids=["cubic", "cuboid"])
+@pytest.mark.parametrize("cell", [10.0, CUBOID], ids=["cubic", "cuboid"])
 @pytest.mark.parametrize("kind", SURFACES)
 def test_walls_have_the_thickness_asked_for(kind, cell):
     """From random points of the mid-surface along both normals, the wall ends after half its thickness."""
@@ -79,10 +83,10 @@ def test_walls_of_the_mesh_measured_by_inscribed_balls(kind):
     """0.8 mm asked is 0.8 mm within a quarter voxel: the largest ball round a point of the mid-surface touches the mesh
     at half the wall."""
     voxel, wall = 0.2, 0.8
-    surface = SURFACES[kind][0](cell=8.0)
-    mesh = (surface.sheet(wall) & frep.box((0, 0, 0), (8, 8, 8))).mesh(voxel=voxel, polish=True)
-    points, normals = on_surface(surface, 3000)
-    points, normals = points[(points > 1).all(axis=1) & (points < 7).all(axis=1)], normals
+    surface = SURFACES[kind][0](cell=10.0)
+    mesh = (surface.sheet(wall) & frep.box((0, 0, 0), (10, 10, 10))).mesh(voxel=voxel, polish=True)
+    points, _ = on_surface(surface, 3000)
+    points = points[(points > 1).all(axis=1) & (points < 9).all(axis=1)]
     # Dense samples of the facets, so that the tree measures to the facets and not to the corners alone.
     corners = mesh.vertices[mesh.faces]
     weights = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4
@@ -95,7 +99,7 @@ def test_walls_of_the_mesh_measured_by_inscribed_balls(kind):
 
 @pytest.mark.parametrize("kind", SURFACES)
 def test_distance_agrees_with_dense_samples_of_the_surface(kind):
-    surface = SURFACES[kind][0](cell=(6.0, 9.0, 7.0))
+    surface = SURFACES[kind][0](cell=CUBOID)
     dense, _ = on_surface(surface, 60_000)
     tree = cKDTree(np.mod(dense, surface.cell) % surface.cell, boxsize=surface.cell)
     points = RNG.uniform(0, surface.cell, (3000, 3))
@@ -115,13 +119,13 @@ def test_distance_agrees_with_dense_samples_of_the_surface(kind):
 
 @pytest.mark.parametrize("kind", SURFACES)
 def test_distance_has_unit_slope_and_the_period_of_the_cell(kind):
-    surface = SURFACES[kind][0](cell=(6.0, 9.0, 7.0))
+    surface = SURFACES[kind][0](cell=CUBOID)
     field = surface.distance
     points = RNG.uniform(0, 30, (4000, 3))
     near = points[np.abs(field(points)) < 0.5]
     slope = np.linalg.norm(field.gradient(near), axis=1)
     assert np.abs(slope - 1).max() < 5e-3
-    np.testing.assert_allclose(field(points + (6, -18, 21)), field(points), atol=1e-5)
+    np.testing.assert_allclose(field(points + np.array([6, -18, 21])), field(points), atol=1e-5)
     # No two values differ by more than the points are apart, but for the rounded creases.
     other = points + RNG.normal(0, 0.5, points.shape)
     assert np.all(np.abs(field(other) - field(points)) <= np.linalg.norm(other - points, axis=1) + 0.03)
@@ -131,7 +135,7 @@ def test_distance_has_unit_slope_and_the_period_of_the_cell(kind):
 
 
 def test_distance_bounds_enclose():
-    field = tpms.gyroid(cell=(6.0, 9.0, 7.0)).distance
+    field = tpms.gyroid(cell=CUBOID).distance
     lo = RNG.uniform(-20, 20, (500, 3))
     hi = lo + 5 * RNG.uniform(0, 1, (500, 1)) ** 3
     least, most = field.bounds(lo, hi)
@@ -142,13 +146,13 @@ def test_distance_bounds_enclose():
 
 def test_symmetries():
     """The gyroid turns about (1, 1, 1) and inverts; P is symmetric in each mid-plane; a sheet keeps both."""
-    gyroid, schwarz = tpms.gyroid(cell=6).sheet(0.7), tpms.schwarz_p(cell=6).sheet(0.7)
-    points = RNG.uniform(0, 6, (1000, 3))
+    gyroid, schwarz = tpms.gyroid(cell=10).sheet(0.7), tpms.schwarz_p(cell=10).sheet(0.7)
+    points = RNG.uniform(0, 10, (1000, 3))
     # To the accuracy of the spline, which lies on a grid that has the symmetries only in part.
-    np.testing.assert_allclose(gyroid.field(points[:, [1, 2, 0]]), gyroid.field(points), atol=2e-3)
-    np.testing.assert_allclose(gyroid.field(-points), gyroid.field(points), atol=2e-3)
-    np.testing.assert_allclose(schwarz.field(points * (1, -1, 1)), schwarz.field(points), atol=2e-3)
-    np.testing.assert_allclose(schwarz.field(points + 3), schwarz.field(points), atol=2e-3)
+    np.testing.assert_allclose(gyroid.field(points[:, [1, 2, 0]]), gyroid.field(points), atol=5e-3)
+    np.testing.assert_allclose(gyroid.field(-points), gyroid.field(points), atol=5e-3)
+    np.testing.assert_allclose(schwarz.field(points * (1, -1, 1)), schwarz.field(points), atol=5e-3)
+    np.testing.assert_allclose(schwarz.field(points + 5), schwarz.field(points), atol=5e-3)
 
 
 def test_graded_walls_follow_the_law():
@@ -166,8 +170,8 @@ def test_graded_walls_follow_the_law():
 
 def test_sheet_meshes_with_the_euler_number_of_its_periods():
     """O9: a block of cells of P cut at its mid-planes is one closed component."""
-    part = tpms.schwarz_p(cell=5).sheet(0.8) & frep.box((0, 0, 0), (10, 10, 10))
-    report = part.mesh(voxel=0.2).check()
+    part = tpms.schwarz_p(cell=10).sheet(1.6) & frep.box((0, 0, 0), (20, 20, 20))
+    report = part.mesh(voxel=0.4).check()
     assert report.printable
     assert report.components == 1
 
@@ -191,15 +195,15 @@ def test_channels_pinch_where_the_table_says(kind):
     just above the pinch leaves voids that do not meet across the cell faces."""
     from scipy.ndimage import label
 
-    surface = SURFACES[kind][0](cell=1.0)
+    surface = SURFACES[kind][0](cell=10.0)
     n = 50
-    g = (np.arange(2 * n) + 0.5) / n
+    g = 10.0 * (np.arange(2 * n) + 0.5) / n
     distance = surface.distance(np.stack(np.meshgrid(g, g, g, indexing="ij"), -1).reshape(-1, 3)).reshape(
         2 * n, 2 * n, 2 * n
     )
 
     def through(share: float) -> bool:
-        pieces, _ = label(distance > 0.5 * share)
+        pieces, _ = label(distance > 5.0 * share)
         return bool(np.intersect1d(pieces[0][pieces[0] > 0], pieces[-1][pieces[-1] > 0]).size)
 
     assert through(surface.pinch - 0.03)
