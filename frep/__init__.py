@@ -59,7 +59,6 @@ from .field import (
 )
 from .grid import SparseGrid
 from .primitives import box, capsule, cone, cylinder, half_space, rounded_box, sphere, torus
-from .progress import Stages, progress
 from .solid import Solid, difference, intersection, union
 
 if TYPE_CHECKING:
@@ -106,7 +105,6 @@ __all__ = [
     "MissingDependencyError",
     "Solid",
     "SparseGrid",
-    "Stages",
     "ThinWallWarning",
     "TooLargeError",
     "UnboundedError",
@@ -135,7 +133,6 @@ __all__ = [
     "minimum",
     "mod",
     "power",
-    "progress",
     "render",
     "rounded_box",
     "sign",

@@ -288,11 +288,9 @@ class Field:
         if function is np.where and not kwargs:
             return where(*args)
         if function is np.clip:
-            named = {
-                {"a_min": "lower", "min": "lower", "a_max": "upper", "max": "upper"}.get(k, k): v
-                for k, v in kwargs.items()
-            }
-            return _lift(args[0]).clip(*args[1:], **named)
+            lower = kwargs.get("a_min", kwargs.get("min"))
+            upper = kwargs.get("a_max", kwargs.get("max"))
+            return clip(args[0], *args[1:3]) if len(args) > 1 else clip(args[0], lower, upper)
         return NotImplemented
 
     # --- text --------------------------------------------------------------------------------------------------------

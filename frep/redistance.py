@@ -35,7 +35,8 @@ def periodic_distance(field: Field, period: tuple[float, float, float]) -> Field
         ArgumentError: the field has no zero set, or its gradient vanishes on it.
     """
     size = np.array(period)
-    shape = tuple(int(2 * round(NODES / 2 * p / size.min())) for p in size)
+    a, b, c = (int(2 * round(NODES / 2 * p / size.min())) for p in size)
+    shape = (a, b, c)
     if max(shape) > 8 * NODES:
         raise ArgumentError(f"cell: a period more than 8 times longer than another is not supported, got {period}")
     with progress("distance to the surface", total=1) as advance:
@@ -85,8 +86,10 @@ def _first_feet(field: Field, nodes: np.ndarray, values: np.ndarray, size: np.nd
         raise ArgumentError("surface: the gradient of the field vanishes on its zero set")
     held[has] = points
     pad = [(n // 2, n // 2) for n in values.shape]
-    index = distance_transform_edt(
-        np.pad(~has, pad, mode="wrap"), sampling=size / values.shape, return_distances=False, return_indices=True
+    index = np.asarray(
+        distance_transform_edt(
+            np.pad(~has, pad, mode="wrap"), sampling=size / values.shape, return_distances=False, return_indices=True
+        )
     )
     middle = tuple(slice(p[0], p[0] + n) for p, n in zip(pad, values.shape, strict=True))
     nearest = [index[a][middle] - pad[a][0] for a in range(3)]

@@ -115,17 +115,18 @@ def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
     if not solid.features or not len(grid.leaves):
         return
     asked = slice(None, None, max(1, len(grid.leaves) // _ASKED))
-    centres = grid.origin + grid.voxel * (LEAF * grid.leaves[asked] + 0.5 * (LEAF - 1))
-    near = np.abs(grid.values[asked]).reshape(len(centres), -1).min(axis=1) < 2 * grid.voxel
-    centres = np.clip(centres[near], *solid.bounds)
+    leaves = grid.leaves[asked]
+    near = np.abs(grid.values[asked]).reshape(len(leaves), -1).min(axis=1) < 2 * grid.voxel
+    lo = np.clip(grid.origin + grid.voxel * LEAF * leaves[near], *solid.bounds)
+    hi = np.clip(lo + grid.voxel * (LEAF - 1), *solid.bounds)
     thinnest, what = math.inf, ""
     for feature in solid.features:
         width = math.inf
         if feature.width.is_constant:
             width = feature.width.data
-        elif len(centres):
-            _require_positive(feature.width, centres, feature.what)
-            width = float(feature.width(centres).min())
+        elif len(lo):
+            _require_positive(feature.width, 0.5 * (lo + hi), feature.what)
+            width = float(max(feature.width.bounds(lo, hi)[0].min(), 0.0))
         if width < thinnest:
             thinnest, what = width, feature.what
     if thinnest < 2.0 * grid.voxel * (1.0 - 1e-9):

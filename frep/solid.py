@@ -479,7 +479,7 @@ def intersection(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
         and radius is constant(0.0)
     ):
         beams = replace(lattices[0], clip=bounds)
-    is_box = all(s._provenance.is_box for s in parts)
+    is_box = radius is constant(0.0) and all(s._provenance.is_box for s in parts)
     return Solid._make(
         field,
         bounds,

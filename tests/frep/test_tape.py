@@ -271,8 +271,7 @@ def test_axis_tables_are_made_in_float64():
     positions = 3000.0 + 0.25 * np.arange(64)
     field = np.sin(k * x)
     truth = np.sin(k * positions)
-    assert np.max(np.abs(_axis_table((field,), 0, positions, np.float64)[0] - truth)) < 1e-12
-    assert np.max(np.abs(_axis_table((field,), 0, positions, np.float32)[0] - truth)) < 6.1e-8
+    assert np.max(np.abs(_axis_table((field,), 0, positions)[0] - truth)) < 6.1e-8
     axes = (positions, positions - 6000, positions - 3000)
     out = np.empty((1, 1, 512), np.float32)
     Program((gyroid(5.0),)).on_blocks(np.array([[3, 2, 1]], np.int32), axes, out)
