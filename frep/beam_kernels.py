@@ -35,6 +35,10 @@ SEGMENT = 9
 R_U, R_LENGTH, R_RA, R_RB, R_NODE, R_E1, R_ID, R_CELL, R_DISTANCE = 3, 6, 7, 8, 9, 10, 13, 14, 17
 ROW = 18
 
+SEPARABLE, CONSTANT_0, CONSTANT_2 = 1, 2, 4
+"""Bits of what a tape knows of a leaf's arguments: the coordinates are those of the grid, each along its own axis; the widths of
+the beams, of the nodes, are the same everywhere."""
+
 CAPACITY = 1024
 """Rows a block's list holds. A block that meets more beams is evaluated point by point."""
 
@@ -344,7 +348,7 @@ def beams_interval(head, fdata, idata, box, params_lo, params_hi, cutoff, rows):
 
 
 @kernel
-def _largest(a, sign, n, fold):
+def largest(a, sign, n, fold):
     """Largest of sign * a[:n], by folding halves on each other: vector operations, where a running maximum is a chain.
 
     A NaN survives, and the caller evaluates point by point.
@@ -362,34 +366,41 @@ def _largest(a, sign, n, fold):
 
 
 @kernel
-def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, separable, cutoff, rows, local, out):
+def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, known, cutoff, rows, local, out):
     """Distance to the skeleton at n <= 512 points.
 
-    x, y, z: coordinates in lattice space, `separable` where they are a leaf block's samples, each along its own axis; p0..p3:
-    the parameters, arrays like x. `local` is scratch (4, n) of the same type.
+    x, y, z: coordinates in lattice space; p0..p3: the parameters, arrays like x. `known` tells what the tape knows of them, see
+    `frep/tape.py`. `local` is scratch (4, n) of the same type.
     Cost: 0.2 to 0.4 ns a point and beam in float32, plus the query, about 1 us a block.
     """
     fold = local[0]
-    if separable:
+    if known & SEPARABLE:
         x0, x1 = min(x[0], x[448]), max(x[0], x[448])
         y0, y1 = min(y[0], y[56]), max(y[0], y[56])
         z0, z1 = min(z[0], z[7]), max(z[0], z[7])
     else:
-        x0, x1 = -_largest(x, -1, n, fold), _largest(x, 1, n, fold)
-        y0, y1 = -_largest(y, -1, n, fold), _largest(y, 1, n, fold)
-        z0, z1 = -_largest(z, -1, n, fold), _largest(z, 1, n, fold)
+        x0, x1 = -largest(x, -1, n, fold), largest(x, 1, n, fold)
+        y0, y1 = -largest(y, -1, n, fold), largest(y, 1, n, fold)
+        z0, z1 = -largest(z, -1, n, fold), largest(z, 1, n, fold)
+    # The centre is a number of the coordinates' own type, so that differences from it are exact and stay in that type.
+    mx, my, mz = x0 + (x1 - x0) / 2, y0 + (y1 - y0) / 2, z0 + (z1 - z0) / 2
+    local[1, 0], local[1, 1], local[1, 2] = mx, my, mz
+    mx, my, mz = local[1, 0], local[1, 1], local[1, 2]
     x0, x1, y0, y1 = np.float64(x0), np.float64(x1), np.float64(y0), np.float64(y1)
     z0, z1 = np.float64(z0), np.float64(z1)
-    q0 = np.float64(_largest(p0, 1, n, fold))
-    q2 = np.float64(_largest(p2, 1, n, fold))
-    q3 = np.float64(_largest(p3, 1, n, fold)) if head[H_BLEND] else 0.0
+    q0 = l0 = np.float64(p0[0])
+    if not known & CONSTANT_0:
+        q0, l0 = np.float64(largest(p0, 1, n, fold)), -np.float64(largest(p0, -1, n, fold))
+    q2 = l2 = np.float64(p2[0])
+    if not known & CONSTANT_2:
+        q2, l2 = np.float64(largest(p2, 1, n, fold)), -np.float64(largest(p2, -1, n, fold))
+    q3 = np.float64(largest(p3, 1, n, fold)) if head[H_BLEND] else 0.0
     section = head[H_SECTION]
-    cx, cy, cz = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
-    half = 0.5 * math.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2 + (z1 - z0) ** 2)
+    cx, cy, cz = np.float64(mx), np.float64(my), np.float64(mz)
+    dx, dy, dz = max(x1 - cx, cx - x0), max(y1 - cy, cy - y0), max(z1 - cz, cz - z0)
+    half = math.sqrt(dx * dx + dy * dy + dz * dz)
     reach = max(half_width(section, q0), q2)
-    least = _least_half_width(
-        section, -np.float64(_largest(p0, -1, n, fold)), -np.float64(_largest(p2, -1, n, fold)), head[H_NODES]
-    )
+    least = _least_half_width(section, l0, l2, head[H_NODES])
     blend = q3 if head[H_BLEND] else 0.0
     count = len(rows) + 1
     if half < math.inf and reach < math.inf and blend < math.inf:
@@ -406,9 +417,9 @@ def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, separable, cutof
         return
     lx, ly, lz, total = local[0], local[1], local[2], local[3]
     for i in range(n):
-        lx[i] = x[i] - cx
-        ly[i] = y[i] - cy
-        lz[i] = z[i] - cz
+        lx[i] = x[i] - mx
+        ly[i] = y[i] - my
+        lz[i] = z[i] - mz
     if section == ROUND and not head[H_BLEND]:
         _round_hard(rows, count, lx, ly, lz, p0, p2, n, total, out)
     else:

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from .check import MeshReport
-from .errors import ArgumentError, ArgumentTypeError, FileError, TooLargeError
+from .errors import ArgumentError, ArgumentTypeError, FileError, TooLargeError, warn
 from .mesh import Mesh
+from .primitives import positive
 from .sampled import SampledGrid
 from .solid import Solid
 
@@ -100,7 +100,7 @@ def load(path: str | os.PathLike[str], *, voxel: float | None = None) -> Solid:
     voxel = _checked_voxel(voxel)
     mesh = read_mesh(path)
     try:
-        return _solid(mesh, voxel, os.path.basename(path), stacklevel=3)
+        return _solid(mesh, voxel, os.path.basename(path))
     except ArgumentError as error:
         raise FileError(f"path: {os.fspath(path)!r} cannot be read as a body: {error}") from error
 
@@ -119,20 +119,14 @@ def from_mesh(mesh: Mesh, *, voxel: float | None = None) -> Solid:
     """
     if not isinstance(mesh, Mesh):
         raise ArgumentTypeError(f"mesh: expected a frep.Mesh, got {type(mesh).__name__}")
-    return _solid(mesh, _checked_voxel(voxel), "body", stacklevel=3)
+    return _solid(mesh, _checked_voxel(voxel), "body")
 
 
 def _checked_voxel(voxel: float | None) -> float | None:
-    if voxel is None:
-        return None
-    if isinstance(voxel, bool) or not isinstance(voxel, (int, float, np.integer, np.floating)):
-        raise ArgumentTypeError(f"voxel: expected a positive number of mm, got {voxel!r}")
-    if not (math.isfinite(voxel) and voxel > 0):
-        raise ArgumentError(f"voxel: expected a positive number of mm, got {voxel!r}")
-    return float(voxel)
+    return None if voxel is None else positive(voxel, "voxel")
 
 
-def _solid(mesh: Mesh, voxel: float | None, label: str, stacklevel: int) -> Solid:
+def _solid(mesh: Mesh, voxel: float | None, label: str) -> Solid:
     from .body_distance import BAND, FINE, HALF_DIAGONAL, NODES, sample_body
     from .progress import progress
 
@@ -183,7 +177,7 @@ def _solid(mesh: Mesh, voxel: float | None, label: str, stacklevel: int) -> Soli
     )
     message = _complaints(report)
     if message:
-        warnings.warn(f"{label}: {message}", BodyWarning, stacklevel=stacklevel + 1)
+        warn(f"{label}: {message}", BodyWarning)
     # Nodes outside the box of the mesh are positive, therefore all is from one fine cell beyond it.
     return Solid._make(grid.field(), np.array([lo - voxel, hi + voxel]), label=label, report=report)
 

@@ -36,7 +36,12 @@ class TooLargeError(FrepError, MemoryError):
 
 
 class FunctionError(FrepError):
-    """A user function raised, or returned NaN or the wrong shape. The original exception is its `__cause__`."""
+    """A user function raised, or returned NaN or the wrong shape. The original exception is its `__cause__`.
+
+    `point` is where, (x, y, z) in mm, if that is known.
+    """
+
+    point: tuple[float, float, float] | None = None
 
 
 class FileError(FrepError, OSError):
@@ -58,4 +63,4 @@ def warn(message: str, category: type[Warning]) -> None:
     while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
         frame = frame.f_back
         level += 1
-    warnings.warn(message, category, stacklevel=level - 1)
+    warnings.warn(message, category, stacklevel=level)

@@ -19,7 +19,7 @@ import numpy as np
 from numba import prange
 
 from . import ops
-from .beam_kernels import CAPACITY, ROW, beams_block, beams_interval
+from .beam_kernels import CAPACITY, ROW, beams_block, beams_interval, largest
 from .errors import FunctionError
 from .field import Field
 from .grid_kernels import grid_block, grid_interval
@@ -129,7 +129,22 @@ def _run_block(code, regs, tx, ty, tz, i0, j0, k0, external, heads, fdata, idata
 
 @parallel_kernel
 def _blocks(
-    code, n_registers, constants, outputs, tx, ty, tz, blocks, external, heads, fdata, idata, gdata, cutoffs, values
+    code,
+    n_registers,
+    constants,
+    outputs,
+    tx,
+    ty,
+    tz,
+    blocks,
+    external,
+    heads,
+    fdata,
+    idata,
+    gdata,
+    cutoffs,
+    values,
+    least,
 ):
     chunk = 64
     capacity = CAPACITY if len(cutoffs) else 0
@@ -145,8 +160,11 @@ def _blocks(
                 code, regs, tx, ty, tz, i0, j0, k0, external[:, b], heads, fdata, idata, gdata, cutoffs, rows, local
             )
             for o in range(len(outputs)):
+                # Read once: inside the loop the store might, for all the compiler knows, change it.
+                r = outputs[o]
                 for i in range(BLOCK):
-                    values[o, b, i] = regs[outputs[o], i]
+                    values[o, b, i] = regs[r, i]
+                least[o, b] = -largest(regs[r], -1, BLOCK, local[0])
 
 
 @parallel_kernel
@@ -294,8 +312,10 @@ class Program:
         )  # fmt: skip
         return least, most
 
-    def on_blocks(self, blocks: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], out: np.ndarray) -> None:
-        """Values on grid leaves.
+    def on_blocks(
+        self, blocks: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray], out: np.ndarray
+    ) -> np.ndarray:
+        """Values on grid leaves; returns the lowest of each leaf, (k, n), NaN where one is NaN.
 
         Args:
             blocks: (n, 3) int32 block coordinates.
@@ -309,12 +329,13 @@ class Program:
             for start in range(0, len(blocks), _FAR_BLOCKS):
                 part = slice(start, start + _FAR_BLOCKS)
                 out[:, part] = self.at(block_points(blocks[part], axes)).reshape(len(self.fields), -1, BLOCK)
-            return
+            return out.min(axis=2)
         tape, data = self.tape(True)
         tables = [_axis_table(tape.hoisted[axis], axis, axes[axis]) for axis in range(3)]
         constants = tape.constants.astype(np.float32)
         # Foreign leaves get 1024 blocks at once: 12 MB of coordinates.
         step = 1024 if tape.externals else max(len(blocks), 1)
+        least = np.empty(out.shape[:2], np.float32)
         for start in range(0, len(blocks), step):
             part = blocks[start : start + step]
             external = np.empty((len(tape.externals), len(part), BLOCK), np.float32)
@@ -325,7 +346,9 @@ class Program:
             _blocks(
                 tape.code, tape.n_registers, constants, tape.outputs, *tables, part, external,
                 data.heads, data.fdata, data.idata, data.gdata, data.cutoffs, out[:, start : start + step],
+                least[:, start : start + step],
             )  # fmt: skip
+        return least
 
 
 @lru_cache(maxsize=256)
@@ -411,4 +434,6 @@ def require_finite(values: np.ndarray, points: np.ndarray, what: str) -> None:
     bad = np.flatnonzero(np.isnan(values))
     if len(bad):
         where = ", ".join(f"{v:.6g}" for v in points[bad[0]])
-        raise FunctionError(f"{what} is not a number (NaN) at ({where}) and {len(bad) - 1} more points")
+        error = FunctionError(f"{what} is not a number (NaN) at ({where}) and {len(bad) - 1} more points")
+        error.point = (float(points[bad[0], 0]), float(points[bad[0], 1]), float(points[bad[0], 2]))
+        raise error

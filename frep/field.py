@@ -281,7 +281,10 @@ class Field:
     def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
         function = _UFUNCS.get(ufunc.__name__)
         if method != "__call__" or kwargs or function is None:
-            return NotImplemented
+            raise ArgumentTypeError(
+                f"numpy.{ufunc.__name__} cannot be applied to a Field{' in this form' if function else ''}; "
+                f"known are {', '.join(sorted(_UFUNCS))}; for anything else use frep.foreign"
+            )
         return function(*(_scalar(i) for i in inputs))
 
     def __array_function__(self, function, types, args, kwargs):
@@ -505,11 +508,14 @@ def trace(function: Callable[..., Any]) -> Field:
         FunctionError: the function fails when called with arrays as well.
     """
     try:
-        result = function(*_AXES)
-        return _lift(result)
+        result = _lift(function(*_AXES))
+        if not any(n.op == "constant" and math.isnan(n.data) for n in topological([result])):
+            return result
     except Exception:
-        # Not traceable (a branch, a math function, a library call): call it with arrays, in batches.
-        return foreign(function)
+        pass
+    # Not traceable (a branch, a math function, a library call), or NaN somewhere, which a foreign leaf names when it comes to
+    # that: call it with arrays, in batches.
+    return foreign(function)
 
 
 def foreign(function: Callable[..., Any], *, lipschitz: float | None = None, name: str | None = None) -> Field:

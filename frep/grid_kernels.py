@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from .beam_kernels import SEPARABLE
 from .jit import kernel
 
 # Columns of `head`: cells along each axis, first coarse node in gdata, first cell of the block table in idata (or -1), first
@@ -189,10 +190,10 @@ def _cubic_separable(head, fdata, gdata, x, y, z, out):
 
 
 @kernel
-def grid_block(head, fdata, idata, gdata, x, y, z, n, separable, out):
-    """Values at n points; `separable` says that they are a leaf block's samples with x, y, z each along one axis."""
+def grid_block(head, fdata, idata, gdata, x, y, z, n, known, out):
+    """Values at n points; `known` is what the tape knows of them, see `frep/tape.py`."""
     if head[G_CUBIC]:
-        if not (separable and _cubic_separable(head, fdata, gdata, x, y, z, out)):
+        if not (known & SEPARABLE and _cubic_separable(head, fdata, gdata, x, y, z, out)):
             _cubic_block(head, fdata, gdata, x, y, z, n, out)
         return
     for i in range(n):

@@ -11,6 +11,7 @@ upgrade it would run stale machine code. Here a cached kernel is valid for one s
 from __future__ import annotations
 
 import hashlib
+import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,20 @@ def _compiled(function: Any, **options: Any) -> Any:
         held._cache_file = IndexDataCacheFile(
             cache_path=held._cache_path, filename_base=implementation.filename_base, source_stamp=_stamp()
         )
+        held.save_overload = _tolerant(held.save_overload)
     return dispatcher
+
+
+def _tolerant(save: Any) -> Any:
+    """A cache that cannot be written (a full disk) costs the next run its compilation, nothing else."""
+
+    def save_or_warn(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError as error:
+            warnings.warn(f"compiled kernels cannot be cached: {error}", RuntimeWarning, stacklevel=2)
+
+    return save_or_warn
 
 
 def kernel(function: Any) -> Any:

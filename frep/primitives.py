@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from typing import Any
 
 import numpy as np
@@ -24,18 +25,18 @@ def _vector(value: Any, name: str) -> np.ndarray:
     return v
 
 
-def positive(value: Any, name: str) -> float:
+def positive(value: Any, name: str, unit: str = " in mm") -> float:
     """`value` as a float, checked to be a finite number above zero."""
     if isinstance(value, Field) or callable(value):
         raise ArgumentTypeError(
-            f"{name}: expected a number in mm, got a Field; only thickness, blend and offset may vary"
+            f"{name}: expected a number{unit}, got a Field; only thickness, blend and offset may vary"
         )
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a number in mm, got {type(value).__name__}: {value!r}") from None
+    is_number = isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
+    if not is_number or isinstance(value, bool):
+        raise ArgumentTypeError(f"{name}: expected a number{unit}, got {type(value).__name__}: {value!r}")
+    number = float(value)
     if not (math.isfinite(number) and number > 0):
-        raise ArgumentError(f"{name}: expected a finite number > 0 in mm, got {value!r}")
+        raise ArgumentError(f"{name}: expected a finite number > 0{unit}, got {value!r}")
     return number
 
 

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from .errors import ArgumentError, EmptyError, ThinWallWarning, warn
-from .field import Field
+from .errors import ArgumentError, EmptyError, FunctionError, ThinWallWarning, warn
 from .grid import LEAF, SparseGrid
 from .sampling import sample
 from .solid import Feature, Solid, explain_empty, require_bounded
@@ -22,6 +21,7 @@ def sample_solid(
     tolerance: float | None,
     *,
     band: float = 0.0,
+    exact: float = 1.0,
     extra_bytes: int = 0,
     quiet: bool = False,
 ) -> SparseGrid:
@@ -29,12 +29,30 @@ def sample_solid(
     size = chosen_voxel(solid, voxel, tolerance)
     _require_positive_widths(solid)
     try:
-        grid = sample(solid.field, solid.bounds, size, band=band, extra_bytes=extra_bytes)
+        grid = sample(solid.field, solid.bounds, size, band=band, exact=exact, extra_bytes=extra_bytes)
+    except FunctionError as error:
+        if error.point is None:
+            raise
+        raise FunctionError(_explain_nan(solid, np.array([error.point]))) from error
     except EmptyError:
         raise EmptyError(explain_empty(solid, lambda part: _is_empty(part, solid.bounds, size))) from None
     if not quiet:
         _warn_of_thin(solid, grid)
     return grid
+
+
+def _explain_nan(solid: Solid, point: np.ndarray) -> str:
+    """Which width or part is not a number at a point, for the message of a FunctionError."""
+    where = f"not a number (NaN) at ({', '.join(f'{v:.6g}' for v in point[0])})"
+    for feature in solid.features:
+        if np.isnan(feature.width(point)[0]):
+            return f"{feature.argument}: {feature.width!r} is {where}"
+    part = solid
+    while True:
+        guilty = [p for p in part._provenance.operands if np.isnan(p.field(point)[0])]
+        if not guilty:
+            return f"the field of the part {part._provenance.label!r}, {part.field!r}, is {where}"
+        part = guilty[0]
 
 
 def chosen_voxel(solid: Solid, voxel: float | None, tolerance: float | None) -> float:
@@ -92,31 +110,34 @@ def _scatter(bounds: np.ndarray, n: int = 17) -> np.ndarray:
 def _require_positive_widths(solid: Solid) -> None:
     """A width that is zero or less somewhere is an error that names the place; only where bounds cannot rule it out."""
     for feature in solid.features:
-        if feature.width.bounds(*solid.bounds)[0] > 0.0:
+        low, high = feature.width.bounds(*solid.bounds)
+        if low > 0.0 and math.isfinite(high):
             continue
         points = _scatter(solid.bounds)
         # Material is only asked for inside the part; outside it a law may do what it likes.
         points = points[solid.field(points) < 0.5 * float(np.ptp(solid.bounds, axis=0).max()) / 16.0]
         if len(points):
-            _require_positive(feature.width, points, feature.what)
+            _require_positive(feature, points)
 
 
-def _require_positive(width: Field, points: np.ndarray, what: str) -> None:
-    values = width(points)
-    worst = int(np.argmin(np.where(np.isnan(values), -np.inf, values)))
-    if not values[worst] > 0.0:
-        where = ", ".join(f"{v:.4g}" for v in points[worst])
+def _require_positive(feature: Feature, points: np.ndarray) -> None:
+    values = feature.width(points)
+    bad = np.flatnonzero(~((values > 0.0) & np.isfinite(values)))
+    if len(bad):
+        where = ", ".join(f"{v:.4g}" for v in points[bad[0]])
         raise ArgumentError(
-            f"thickness: every width must be more than 0 mm; the {what} width {width!r} is {values[worst]:.4g} mm at ({where})"
+            f"{feature.argument}: every {feature.what} must be more than 0 mm wide, and finite; {feature.width!r} is "
+            f"{values[bad[0]]:.4g} mm at ({where})"
         )
 
 
 def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
     if not solid.features or not len(grid.leaves):
         return
-    asked = slice(None, None, max(1, len(grid.leaves) // _ASKED))
+    varying = any(not feature.width.is_constant for feature in solid.features)
+    asked = slice(None, None, max(1, len(grid.leaves) // _ASKED)) if varying else slice(0, 0)
     leaves = grid.leaves[asked]
-    near = np.abs(grid.values[asked]).reshape(len(leaves), -1).min(axis=1) < 2 * grid.voxel
+    near = np.abs(grid.values[asked]).min(axis=(1, 2, 3)) < 2 * grid.voxel
     lo = np.clip(grid.origin + grid.voxel * LEAF * leaves[near], *solid.bounds)
     hi = np.clip(lo + grid.voxel * (LEAF - 1), *solid.bounds)
     thinnest, what = math.inf, ""
@@ -125,8 +146,11 @@ def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
         if feature.width.is_constant:
             width = feature.width.data
         elif len(lo):
-            _require_positive(feature.width, 0.5 * (lo + hi), feature.what)
-            width = float(max(feature.width.bounds(lo, hi)[0].min(), 0.0))
+            _require_positive(feature, 0.5 * (lo + hi))
+            width = float(np.min(feature.width.bounds(lo, hi)[0]))
+            if not width > 0.0:
+                # Bounds that know nothing (a function without a Lipschitz bound): what was seen.
+                width = float(feature.width(0.5 * (lo + hi)).min())
         if width < thinnest:
             thinnest, what = width, feature.what
     if thinnest < 2.0 * grid.voxel * (1.0 - 1e-9):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .errors import ArgumentError, ArgumentTypeError, EmptyError, UnboundedError
+from .errors import ArgumentError, ArgumentTypeError, EmptyError, TooLargeError, UnboundedError
 from .field import (
     Field,
     FieldLike,
@@ -40,10 +40,12 @@ _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """A width that the solid was asked to have: `what` ("wall", "beam") and its full width in mm as a Field."""
+    """A width that the solid was asked to have: `what` ("wall", "beam"), its full width in mm as a Field, and the argument that
+    asked for it."""
 
     what: str
     width: Field
+    argument: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +192,7 @@ class Solid:
         out = {"inner": 0.0, "outer": 1.0, "both": 0.5}[side]
         outer = self.offset(out * t) if out else self
         field = maximum(outer.field, -(self.field + (1.0 - out) * t))
-        features = (*self.features, Feature("wall", t))
+        features = (*self.features, Feature("wall", t, "thickness"))
         return Solid._make(field, outer.bounds, features=features, label="shell", operands=(self,))
 
     # --- transforms ------------------------------------------------------------------------------------------------------
@@ -226,7 +228,7 @@ class Solid:
         """Magnify by `factor` > 0 about `center`; widths grow with it."""
         from .primitives import _vector, positive
 
-        s, c = positive(factor, "factor"), _vector(center, "center")
+        s, c = positive(factor, "factor", ""), _vector(center, "center")
         return self._moved(s * np.eye(3), c - s * c, s, "scale")
 
     def _moved(self, matrix: np.ndarray, shift: np.ndarray, scale: float, label: str) -> Solid:
@@ -239,7 +241,7 @@ class Solid:
         def moved(field: Field) -> Field:
             return field.substitute(*source)
 
-        features = tuple(Feature(f.what, scale * moved(f.width)) for f in self.features)
+        features = tuple(Feature(f.what, scale * moved(f.width), f.argument) for f in self.features)
         field = scale * moved(self.field)
         bounds = _image_of_box(self.bounds, matrix, shift)
         turned = np.count_nonzero(np.round(matrix, 15)) > 3
@@ -255,7 +257,7 @@ class Solid:
         return inside[0] if single else inside
 
     def sample(self, voxel: float | None = None, *, tolerance: float | None = None) -> SparseGrid:
-        """Samples of the field in a narrow band round the surface.
+        """Samples of the field in a narrow band round the surface, exact within two voxels of it.
 
         Args:
             voxel: distance of the samples, mm.
@@ -274,7 +276,7 @@ class Solid:
         """
         from .sizing import sample_solid
 
-        return sample_solid(self, voxel, tolerance)
+        return sample_solid(self, voxel, tolerance, exact=2.0)
 
     def mesh(self, voxel: float | None = None, *, polish: bool = False, tolerance: float | None = None) -> Mesh:
         """A closed, oriented, 2-manifold triangle mesh.
@@ -305,7 +307,11 @@ class Solid:
         from .measure import volume_of
         from .sizing import chosen_voxel, sample_solid
 
-        return volume_of(sample_solid(self, 0.5 * chosen_voxel(self, voxel, None), None))
+        size = chosen_voxel(self, voxel, None)
+        try:
+            return volume_of(sample_solid(self, 0.5 * size, None, exact=2.0))
+        except TooLargeError as error:
+            raise TooLargeError(f"{error} (a volume is sampled at half the voxel given, here {size:g} mm)") from None
 
     def save(self, path: str | Path, voxel: float | None = None, *, polish: bool = False, **options: Any) -> None:
         """Write to a file, by suffix: `.step` and `.stp`, `.vdb`, or any mesh format (`.stl`, `.ply`, `.obj`).
@@ -345,6 +351,8 @@ def _direction(value: Any, name: str) -> np.ndarray:
 
     if isinstance(value, str) and value in ("x", "y", "z"):
         return np.eye(3)["xyz".index(value)]
+    if isinstance(value, str):
+        raise ArgumentTypeError(f'{name}: expected "x", "y", "z" or a vector of three numbers, got {value!r}')
     v = _vector(value, name)
     length = float(np.linalg.norm(v))
     if length == 0.0:
@@ -437,6 +445,7 @@ def round_minimum(fields: list[Field], radius: Field) -> Field:
 def _combine(solids: list[Solid], radius: Field, sign: float) -> Field:
     """Union (sign 1) or intersection (sign -1) of fields, with fillets of `radius`."""
     fields = [s.field for s in solids]
+    radius = radius if radius.is_constant else maximum(radius, 0.0)
     if radius.is_constant:
         if radius.data < 0.0:
             raise ArgumentError(f"blend: expected a radius >= 0 mm, got {radius.data:g}")
@@ -449,6 +458,8 @@ def _combine(solids: list[Solid], radius: Field, sign: float) -> Field:
 
 def union(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
     """All that is in any of the solids; `blend` mm (a number or a Field) fillets where they meet.
+
+    A Field below zero counts as zero.
 
     Example:
         >>> from frep import sphere

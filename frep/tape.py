@@ -13,12 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .beam_kernels import CONSTANT_0, CONSTANT_2, SEPARABLE
 from .field import Field
 from .ops import OPERATIONS
 
 WIDTH = 12
 """Columns of an instruction: operation, output register, up to eight argument registers, the data
-index of a leaf, and whether its coordinates are those of the grid, each along its own axis."""
+index of a leaf, and what is known of its arguments (bits, see `frep/beam_kernels.py`)."""
 
 CODE = {name: i for i, name in enumerate(OPERATIONS)}
 _N = len(CODE)
@@ -146,6 +147,14 @@ def _needed(outputs: tuple[Field, ...], hoist: bool) -> list[Field]:
     return order
 
 
+def _known(leaf: Field, hoist: bool) -> int:
+    """What the kernels need not find out about a leaf's arguments, as bits."""
+    separable = hoist and all(_is_hoisted(a) and a.axes == {axis} for axis, a in enumerate(leaf.args[:3]))
+    bits = SEPARABLE if separable else 0
+    bits |= CONSTANT_0 if leaf.args[3].is_constant else 0
+    return bits | (CONSTANT_2 if leaf.args[5].is_constant else 0)
+
+
 def _instruction(node: Field, out: int, register: dict[Field, int], state: _Lowering) -> list[int]:
     if node.op == "foreign":
         state.externals.append(node)
@@ -157,8 +166,7 @@ def _instruction(node: Field, out: int, register: dict[Field, int], state: _Lowe
     elif node.op in _LEAF_CODE:
         state.leaves.append(node)
         head = [_LEAF_CODE[node.op], out, *(register[a] for a in node.args)]
-        separable = state.hoist and all(_is_hoisted(a) and a.axes == {axis} for axis, a in enumerate(node.args[:3]))
-        head += [0] * (10 - len(head)) + [len(state.leaves) - 1, int(separable)]
+        head += [0] * (10 - len(head)) + [len(state.leaves) - 1, _known(node, state.hoist)]
     else:
         head = [CODE[node.op], out, *(register[a] for a in node.args)]
     return head + [0] * (WIDTH - len(head))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import ArgumentError, ArgumentTypeError
-from .field import Field, FieldLike, as_field, constant
+from .field import Field, FieldLike, as_field, constant, maximum
 from .skeleton import GraphSkeleton, Skeleton, beam_field
 from .solid import BeamDesign, Feature, Solid, _width, grown
 
@@ -31,15 +31,19 @@ def thickened(
     blend_field = as_field(blend, "blend")
     if blend_field.is_constant and blend_field.data < 0.0:
         raise ArgumentError(f"blend: expected a radius >= 0 mm, got {blend_field.data:g}")
+    # Where these vary, less than nothing counts as nothing.
+    blend_field = blend_field if blend_field.is_constant else maximum(blend_field, 0.0)
     blended = not (blend_field.is_constant and blend_field.data == 0.0)
     node_width = None if node is None else _width(node, "node")
+    if node_width is not None and not node_width.is_constant:
+        node_width = maximum(node_width, 0.0)
     features: list[Feature] = []
     end_radii = None
     if _is_per_node(diameter):
         if square is not None:
             raise ArgumentError("diameter: one number a node is for circular sections; give a Field for square ones")
         end_radii = 0.5 * _per_node(diameter, skeleton)
-        features.append(Feature("beam", constant(2.0 * float(end_radii[skeleton.edges].min()))))
+        features.append(Feature("beam", constant(2.0 * float(end_radii[skeleton.edges].min())), "diameter"))
         width = None
         field = beam_field(
             skeleton,
@@ -50,12 +54,12 @@ def thickened(
         )
     else:
         width = _width(diameter, "diameter")
-        features.append(Feature("beam", width))
+        features.append(Feature("beam", width, "diameter"))
         field = beam_field(
             skeleton,
             section="circle" if square is None else "square",
             width=0.5 * width if square is None else width,
-            fillet=None if square is None else square.fillet,
+            fillet=None if square is None else maximum(square.fillet, 0.0),
             node_radius=None if node_width is None else 0.5 * node_width,
             blend=blend_field if blended else None,
         )

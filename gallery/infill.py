@@ -15,10 +15,10 @@ voxel = 0.4
 cut = ""  # "x", "y" or "z": leave out the upper half along that axis, to look inside
 title = "Gyroid infill graded by the distance to the skin"
 
-solid = frep.load(examples.planefile if body == "airplane.ply" else body)
-extent = solid.bounds[1] - solid.bounds[0]
-solid = solid.scale(size / extent.max())
-cells = round(extent.prod() * (size / extent.max() / cell) ** 3)  # of the box round the body
+mesh = frep.Mesh.load(examples.planefile if body == "airplane.ply" else body)
+mesh = mesh.scale(size / (mesh.bounds[1] - mesh.bounds[0]).max())
+cells = round((mesh.bounds[1] - mesh.bounds[0]).prod() / cell**3)  # of the box round the body
+solid = frep.from_mesh(mesh, voxel=0.75 * voxel)
 
 inward = abs(distance_to(solid))  # mm
 wall = thin + (thick - thin) * frep.clip(1 - inward / depth, 0, 1)

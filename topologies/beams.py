@@ -49,7 +49,7 @@ class BeamTopology:
             section: "circle", "square", or `square(fillet=...)` for a rounded square. Sections stand upright: their first
                 side is horizontal (lf-rep 3.2).
             blend: radius in mm of the fillet between beams, number or Field. It is exact where two surfaces meet at a
-                right angle.
+                right angle. Where a Field for `node`, `blend` or a fillet falls below zero it counts as zero.
 
         The field is an exact distance outside while the diameter is constant and nothing blends.
 

@@ -68,7 +68,7 @@ class PeriodicSurface:
         self._warn_of_sealing(t)
         field = abs(self.distance) - 0.5 * t
         everywhere = np.array([[-np.inf] * 3, [np.inf] * 3])
-        return Solid._make(field, everywhere, features=(Feature("wall", t),), label=f"{self.label} sheet")
+        return Solid._make(field, everywhere, features=(Feature("wall", t, "thickness"),), label=f"{self.label} sheet")
 
     def _warn_of_sealing(self, thickness: Field) -> None:
         if not thickness.is_constant:

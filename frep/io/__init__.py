@@ -18,13 +18,24 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frep.errors import FileError
+from frep.errors import ArgumentTypeError, FileError
 
 if TYPE_CHECKING:
     from frep.mesh import Mesh
 
 MESH_SUFFIXES = (".stl", ".ply", ".obj")
 """Suffixes that `save_mesh` writes."""
+
+
+def suffix_of(path: str | os.PathLike[str]) -> str:
+    """The suffix of a file name in small letters, with its dot.
+
+    Raises:
+        ArgumentTypeError: `path` is no file name.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise ArgumentTypeError(f"path: expected a file name, got {type(path).__name__}: {path!r}")
+    return Path(path).suffix.lower()
 
 
 def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
@@ -38,7 +49,7 @@ def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
         FileError: unknown suffix, missing folder, no permission, no space; the old file is intact.
         EmptyError: the mesh has no triangle.
     """
-    suffix = Path(path).suffix.lower()
+    suffix = suffix_of(path)
     if suffix == ".stl":
         from frep.io.stl import write_stl as write
     elif suffix == ".ply":
@@ -48,6 +59,6 @@ def save_mesh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
     else:
         raise FileError(
             f"path: {os.fspath(path)!r} has {f'the unknown suffix {suffix!r}' if suffix else 'no suffix'}; "
-            f"a mesh is saved as one of {', '.join(MESH_SUFFIXES)}"
+            f"a mesh is saved as one of {', '.join(MESH_SUFFIXES)} (a Solid also as .step or .vdb)"
         )
     write(path, mesh)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from frep.errors import FileError, FrepError
+from frep.io import suffix_of
 from frep.mesh import Mesh
 
 READABLE_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".vtk", ".vtp", ".vtu", ".gltf", ".glb")
@@ -35,13 +36,13 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         FileError: missing, unreadable, empty or truncated file, unknown suffix, or one that holds no surface (text, an
             image, a point cloud).
     """
+    suffix = suffix_of(path)
     file = Path(path)
     name = os.fspath(path)
     if file.is_dir():
         raise FileError(f"path: {name!r} is a folder; give a mesh file")
     if not file.exists():
         raise FileError(f"path: there is no file {name!r}")
-    suffix = file.suffix.lower()
     if suffix not in READABLE_SUFFIXES:
         raise FileError(f"path: {name!r} is not a mesh file by its suffix; known are {', '.join(READABLE_SUFFIXES)}")
     try:

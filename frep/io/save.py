@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frep.errors import FileError
-from frep.io import MESH_SUFFIXES, save_mesh
+from frep.io import MESH_SUFFIXES, save_mesh, suffix_of
 from frep.io.atomic import check_target
 from frep.progress import progress
 
@@ -29,7 +28,7 @@ def save_solid(
     solid: Solid, path: str | os.PathLike[str], voxel: float | None, *, polish: bool = False, **options: Any
 ) -> None:
     """Write a solid in the format that the suffix names; see `Solid.save`."""
-    suffix = Path(path).suffix.lower()
+    suffix = suffix_of(path)
     if suffix not in SUFFIXES:
         raise FileError(f"path: {os.fspath(path)!r} does not end in a known suffix; known are {', '.join(SUFFIXES)}")
     check_target(path)

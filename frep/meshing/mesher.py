@@ -31,7 +31,7 @@ def mesh_samples(solid: Solid, grid: SparseGrid, polish: bool) -> Mesh:
         from ..polish import polished
 
         vertices = polished(solid, vertices, surface.faces, grid.voxel)
-    return Mesh(vertices, surface.faces)
+    return Mesh._made(vertices, surface.faces)
 
 
 def trial_sag(solid: Solid, voxel: float) -> float:

@@ -418,13 +418,13 @@ def test_a_clean_mesh_is_loaded_without_a_word():
 
 @pytest.mark.parametrize("voxel", [0, -1, 0.0, np.nan, np.inf])
 def test_a_voxel_must_be_positive(voxel):
-    with pytest.raises(ArgumentError, match="voxel: expected a positive number"):
+    with pytest.raises(ArgumentError, match=r"voxel: expected a .*number"):
         from_mesh(SPHERE, voxel=voxel)
 
 
 @pytest.mark.parametrize("voxel", ["1", True, [1.0]])
 def test_a_voxel_must_be_a_number(voxel):
-    with pytest.raises(ArgumentTypeError, match="voxel: expected a positive number"):
+    with pytest.raises(ArgumentTypeError, match=r"voxel: expected a .*number"):
         from_mesh(SPHERE, voxel=voxel)
 
 
