@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+import threading
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -47,6 +50,7 @@ def run(app: App, arguments: Sequence[str] | None = None) -> int:
 
     shown = warnings.showwarning
     warnings.showwarning = _warn
+    interrupts = _Interrupts()
     try:
         result = app(arguments, exit_on_error=False, result_action="return_value")
         return result if isinstance(result, int) else 0
@@ -56,13 +60,43 @@ def run(app: App, arguments: Sequence[str] | None = None) -> int:
         _explain(error)
         return 1
     except KeyboardInterrupt:
-        print("interrupted: files that were there are unchanged", file=sys.stderr)
-        return 130
+        return _interrupted()
     except BrokenPipeError:
         sys.stderr.close()  # the reader has gone (`frep info part.stl | head -1`): nobody is left to tell
         return 1
+    except Exception:
+        if interrupts.seen:
+            # Numba turns an interrupt during compilation into errors of its own.
+            return _interrupted()
+        raise
     finally:
+        interrupts.restore()
         warnings.showwarning = shown
+
+
+def _interrupted() -> int:
+    print("interrupted: files that were there are unchanged", file=sys.stderr)
+    return 130
+
+
+class _Interrupts:
+    """Remembers Ctrl-C; a second one ends the process at once, whatever holds up the first."""
+
+    def __init__(self) -> None:
+        self.seen = False
+        self._before: Any = None
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._handle)
+
+    def _handle(self, *_: object) -> None:
+        if self.seen:
+            os._exit(130)
+        self.seen = True
+        raise KeyboardInterrupt
+
+    def restore(self) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
 
 
 @app.command

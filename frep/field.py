@@ -35,7 +35,8 @@ class Field:
 
     Build Fields from `coordinates()`, numbers, operators, numpy functions (`np.sin(x)`, `np.hypot(x, y)`) and the functions
     of this module; or trace a function with `as_field`. Comparisons give Fields that are 1 where true and 0 elsewhere, for
-    use in `where`. A Field has no truth value: `if x < 0` inside a traced function is an error that says so.
+    use in `where`. A Field has no truth value: a function with `if x < 0` cannot be traced and becomes a foreign leaf, which
+    works, but slowly and without bounds; write `where(x < 0, a, b)`.
 
     Example:
         >>> import numpy as np, frep
@@ -522,7 +523,8 @@ def foreign(function: Callable[..., Any], *, lipschitz: float | None = None, nam
     """A Field that calls a Python function in batches.
 
     Args:
-        function: called as `function(x, y, z)` with three float64 arrays of one shape (n,); returns (n,) finite numbers.
+        function: called as `function(x, y, z)` with three float64 arrays of one shape (n,); returns (n,) finite numbers. Where
+            that raises a ValueError or TypeError it is called point by point with three floats.
         lipschitz: a bound on the change of the value for each mm, if known. With it, regions without surface are skipped;
             without it, every voxel in the solid's bounds is evaluated.
         name: shown by `repr` and in errors; the function's name unless given.

@@ -11,6 +11,9 @@ from .grid import LEAF, SparseGrid
 from .sampling import sample
 from .solid import Feature, Solid, explain_empty, require_bounded
 
+_SAFETY = 1.7
+"""The largest facet of a finer grid, and the middles of its edges, are farther off than the trial's 99th percentile."""
+
 _DEFAULT_TOLERANCE = 1e-3
 """Of the longest side, where neither voxel nor tolerance is given."""
 
@@ -89,7 +92,7 @@ def voxel_for(solid: Solid, tolerance: float) -> float:
     wanted = limit
     for _ in range(3):
         sag = trial_sag(solid, trial)
-        wanted = limit if sag <= 0.0 else min(trial * math.sqrt(tolerance / sag), limit)
+        wanted = limit if sag <= 0.0 else min(trial * math.sqrt(tolerance / (_SAFETY * sag)), limit)
         if wanted > 0.7 * trial:
             break
         trial = max(wanted, trial / 3.0)

@@ -261,8 +261,8 @@ class Solid:
 
         Args:
             voxel: distance of the samples, mm.
-            tolerance: instead of `voxel`, the largest distance that flat facets may keep from the surface, mm. With neither,
-                a thousandth of the longest side.
+            tolerance: instead of `voxel`, the distance that flat facets may keep from a smooth surface, mm (not at sharp
+                edges, which no voxel resolves). With neither, a thousandth of the longest side.
 
         Raises:
             UnboundedError: the solid is infinite.
@@ -313,11 +313,14 @@ class Solid:
         except TooLargeError as error:
             raise TooLargeError(f"{error} (a volume is sampled at half the voxel given, here {size:g} mm)") from None
 
-    def save(self, path: str | Path, voxel: float | None = None, *, polish: bool = False, **options: Any) -> None:
+    def save(
+        self, path: str | Path, voxel: float | None = None, *, polish: bool = False, max_faces: int | None = None
+    ) -> None:
         """Write to a file, by suffix: `.step` and `.stp`, `.vdb`, or any mesh format (`.stl`, `.ply`, `.obj`).
 
-        A beam lattice of up to a few hundred beams becomes an analytic STEP solid, anything else a faceted one within a
-        limit. The file appears complete or not at all.
+        A lattice of up to a few hundred round beams, clipped by a box at most, whose diameters are constant or taper evenly,
+        becomes an analytic STEP solid; anything else a faceted one of at most `max_faces` triangles (20,000 unless given),
+        on a voxel that keeps to them where none is given. The file appears complete or not at all.
 
         Raises:
             FileError: unknown suffix, no such folder, no space.
@@ -325,7 +328,7 @@ class Solid:
         """
         from .io.save import save_solid
 
-        save_solid(self, path, voxel, polish=polish, **options)
+        save_solid(self, path, voxel, polish=polish, max_faces=max_faces)
 
 
 def _restore(field: Field, bounds: np.ndarray, provenance: _Provenance) -> Solid:
@@ -402,7 +405,7 @@ def grown(bounds: np.ndarray, law: Field, share: float, name: str) -> np.ndarray
         ArgumentError: the law has no upper limit there.
     """
     outward = np.array([[-1.0], [1.0]])
-    if share == 0.0:
+    if share == 0.0 or not np.any(np.isfinite(bounds)):
         return bounds
     if law.is_constant:
         return bounds + max(share * law.data, 0.0) * outward

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from frep.io.atomic import check_target
 from frep.progress import progress
 
 if TYPE_CHECKING:
+    from frep.mesh import Mesh
     from frep.solid import BeamDesign, Solid
 
 _STEP = (".step", ".stp")
@@ -25,7 +26,12 @@ _BAND = 3.0
 
 
 def save_solid(
-    solid: Solid, path: str | os.PathLike[str], voxel: float | None, *, polish: bool = False, **options: Any
+    solid: Solid,
+    path: str | os.PathLike[str],
+    voxel: float | None,
+    *,
+    polish: bool = False,
+    max_faces: int | None = None,
 ) -> None:
     """Write a solid in the format that the suffix names; see `Solid.save`."""
     suffix = suffix_of(path)
@@ -33,14 +39,14 @@ def save_solid(
         raise FileError(f"path: {os.fspath(path)!r} does not end in a known suffix; known are {', '.join(SUFFIXES)}")
     check_target(path)
     if suffix in _STEP:
-        _save_step(solid, path, voxel, polish, **options)
+        _save_step(solid, path, voxel, polish, max_faces)
     elif suffix == _VDB:
         from frep.io.vdb import write_vdb
         from frep.sizing import sample_solid
 
         grid = sample_solid(solid, voxel, None, band=_BAND)
         with progress("writing", total=1):
-            write_vdb(path, grid, **options)
+            write_vdb(path, grid)
     else:
         mesh = solid.mesh(voxel, polish=polish)
         with progress("writing", total=1):
@@ -48,7 +54,7 @@ def save_solid(
 
 
 def _save_step(
-    solid: Solid, path: str | os.PathLike[str], voxel: float | None, polish: bool, *, max_faces: int | None = None
+    solid: Solid, path: str | os.PathLike[str], voxel: float | None, polish: bool, max_faces: int | None
 ) -> None:
     from frep.io import step
 
@@ -58,11 +64,49 @@ def _save_step(
             if _save_cells(design, path):
                 return
             nodes, edges, radii, balls = explicit_beams(design)
-            if len(edges) <= step.MAX_BEAMS:
+            if len(edges) <= step.MAX_BEAMS and _tapers_evenly(design, nodes, edges, radii):
                 step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
                 return
+        limit = step.MAX_FACES if max_faces is None else max_faces
+        mesh = solid.mesh(voxel, polish=polish) if voxel is not None else _mesh_within(solid, limit, polish)
+        step.write_faceted_step(path, mesh, limit)
+
+
+def _mesh_within(solid: Solid, limit: int, polish: bool) -> Mesh:
+    """The finest mesh, roughly, of no more than `limit` triangles: where no voxel is asked for, the format decides."""
+    from frep.sizing import chosen_voxel
+
+    voxel = chosen_voxel(solid, None, None)
+    mesh = solid.mesh(voxel, polish=polish)
+    for _ in range(4):
+        if mesh.n_faces <= limit:
+            break
+        # Triangles grow as the surface in voxels.
+        voxel *= 1.1 * (mesh.n_faces / limit) ** 0.5
         mesh = solid.mesh(voxel, polish=polish)
-        step.write_faceted_step(path, mesh, step.MAX_FACES if max_faces is None else max_faces)
+    return mesh
+
+
+_TAPER = 0.01
+"""Part of its diameter by which a beam may differ from the cone between its ends."""
+
+
+def _tapers_evenly(design: BeamDesign, nodes: np.ndarray, edges: np.ndarray, radii: np.ndarray) -> bool:
+    """Whether a diameter that is a Field varies as a cone does: along each beam evenly, and not across it."""
+    if design.diameter is None or design.diameter.is_constant:
+        return True
+    a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
+    along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+    across = np.cross(along, np.eye(3)[np.argmin(np.abs(along), axis=1)])
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    for t in np.linspace(0.0, 1.0, 9):
+        expected = (1.0 - t) * radii[:, 0] + t * radii[:, 1]
+        middle = a + t * (b - a)
+        for side in (np.zeros_like(a), across, -across, np.cross(along, across), -np.cross(along, across)):
+            found = 0.5 * design.diameter(middle + expected[:, None] * side)
+            if np.any(np.abs(found - expected) > _TAPER * expected):
+                return False
+    return True
 
 
 def _box(design: BeamDesign) -> tuple[np.ndarray, np.ndarray] | None:
