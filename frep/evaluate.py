@@ -23,7 +23,7 @@ from .beam_kernels import CAPACITY, ROW, beams_block, beams_interval, largest
 from .errors import FunctionError
 from .field import Field
 from .grid_kernels import grid_block, grid_interval
-from .jit import kernel, parallel_kernel
+from .jit import inlined, kernel, parallel_kernel
 from .packing import PackedLeaves, pack_leaves
 from .tape import BEAMS, LOAD_EXTERNAL, LOAD_X, LOAD_Y, LOAD_Z, Tape, lower
 
@@ -84,7 +84,7 @@ _arithmetic_interval = _interval_kernel("arithmetic_interval")
 # --- interpreters ------------------------------------------------------------------------------------------------------
 
 
-@kernel
+@inlined
 def _leaf(ins, regs, n, heads, fdata, idata, gdata, cutoffs, rows, local):
     out = regs[ins[1]]
     x, y, z = regs[ins[2]], regs[ins[3]], regs[ins[4]]
@@ -197,7 +197,7 @@ def _points(
                 values[o, start + i] = regs[outputs[o], i]
 
 
-@kernel
+@inlined
 def _leaf_interval(ins, lows, highs, n, heads, fdata, idata, gdata, cutoffs, rows):
     box = np.empty(6, np.float64)
     least, most = np.empty(4, np.float64), np.empty(4, np.float64)

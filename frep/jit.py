@@ -65,3 +65,9 @@ def kernel(function: Any) -> Any:
 def parallel_kernel(function: Any) -> Any:
     """A kernel with `prange` loops over blocks."""
     return _compiled(function, parallel=True)
+
+
+def inlined(function: Any) -> Any:
+    """A piece of a kernel, written apart to be read apart: it has no machine code of its own, which would be compiled again in
+    every kernel that calls it."""
+    return njit(inline="always", nogil=True, error_model="numpy", fastmath=_FLAGS)(function)
