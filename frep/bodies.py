@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .arguments import positive
 from .check import MeshReport
 from .errors import ArgumentError, ArgumentTypeError, FileError, TooLargeError, warn
 from .mesh import Mesh
-from .primitives import positive
 from .sampled import SampledGrid
 from .solid import Solid
 

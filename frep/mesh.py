@@ -67,7 +67,7 @@ class Mesh:
         Raises:
             ArgumentError: `factor` is not a finite number above zero.
         """
-        from frep.primitives import positive
+        from frep.arguments import positive
 
         return Mesh(self.vertices * positive(factor, "factor", ""), self.faces)
 

@@ -3,45 +3,17 @@
 from __future__ import annotations
 
 import math
-import numbers
-from typing import Any
 
 import numpy as np
 
-from .errors import ArgumentError, ArgumentTypeError
+from .arguments import positive, vector
+from .errors import ArgumentError
 from .field import Field, coordinates, hypot, maximum, maximum_of, minimum, sqrt, square, where
 from .solid import Solid
 
 
-def _vector(value: Any, name: str) -> np.ndarray:
-    if isinstance(value, Field):
-        raise ArgumentTypeError(f"{name}: expected three numbers (x, y, z) in mm, got a Field")
-    try:
-        v = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected three numbers (x, y, z) in mm, got {value!r}") from None
-    if v.shape != (3,) or not np.all(np.isfinite(v)):
-        raise ArgumentError(f"{name}: expected three finite numbers (x, y, z) in mm, got {value!r}")
-    return v
-
-
-def positive(value: Any, name: str, unit: str = " in mm") -> float:
-    """`value` as a float, checked to be a finite number above zero."""
-    if isinstance(value, Field) or callable(value):
-        raise ArgumentTypeError(
-            f"{name}: expected a number{unit}, got a Field; only thickness, blend and offset may vary"
-        )
-    is_number = isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
-    if not is_number or isinstance(value, bool):
-        raise ArgumentTypeError(f"{name}: expected a number{unit}, got {type(value).__name__}: {value!r}")
-    number = float(value)
-    if not (math.isfinite(number) and number > 0):
-        raise ArgumentError(f"{name}: expected a finite number > 0{unit}, got {value!r}")
-    return number
-
-
 def _corners(lo, hi) -> tuple[np.ndarray, np.ndarray]:
-    low, high = _vector(lo, "lo"), _vector(hi, "hi")
+    low, high = vector(lo, "lo"), vector(hi, "hi")
     if not np.all(low < high):
         raise ArgumentError(f"lo, hi: every coordinate of lo must be below that of hi, got lo={lo!r}, hi={hi!r}")
     return low, high
@@ -101,14 +73,14 @@ def sphere(center, radius) -> Solid:
         >>> float(sphere((0, 0, 0), 2).field([0, 0, 5]))
         3.0
     """
-    c, r = _vector(center, "center"), positive(radius, "radius")
+    c, r = vector(center, "center"), positive(radius, "radius")
     x, y, z = coordinates()
     return Solid._make(_length([x - c[0], y - c[1], z - c[2]]) - r, np.array([c - r, c + r]), label="sphere")
 
 
 def half_space(normal, point=(0.0, 0.0, 0.0)) -> Solid:
     """Everything behind the plane through `point` whose outward `normal` is given. Infinite."""
-    n, p = _vector(normal, "normal"), _vector(point, "point")
+    n, p = vector(normal, "normal"), vector(point, "point")
     length = float(np.linalg.norm(n))
     if length == 0.0:
         raise ArgumentError("normal: expected a vector that is not zero")
@@ -123,7 +95,7 @@ def half_space(normal, point=(0.0, 0.0, 0.0)) -> Solid:
 
 
 def _axis_frame(start, end) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    a, b = _vector(start, "start"), _vector(end, "end")
+    a, b = vector(start, "start"), vector(end, "end")
     length = float(np.linalg.norm(b - a))
     if length == 0.0:
         raise ArgumentError(f"start, end: expected two different points, got {start!r} twice")
@@ -186,7 +158,7 @@ def capsule(start, end, radius) -> Solid:
 
 def torus(center, axis, major_radius, minor_radius) -> Solid:
     """The torus round `center` whose tube of `minor_radius` follows a circle of `major_radius` across `axis`, mm."""
-    c, n = _vector(center, "center"), _vector(axis, "axis")
+    c, n = vector(center, "center"), vector(axis, "axis")
     length = float(np.linalg.norm(n))
     if length == 0.0:
         raise ArgumentError("axis: expected a vector that is not zero")

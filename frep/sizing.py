@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from .arguments import positive
 from .errors import ArgumentError, EmptyError, FunctionError, ThinWallWarning, warn
 from .grid import LEAF, SparseGrid
 from .sampling import sample
@@ -64,16 +65,10 @@ def chosen_voxel(solid: Solid, voxel: float | None, tolerance: float | None) -> 
     if voxel is not None:
         if tolerance is not None:
             raise ArgumentError("voxel, tolerance: give one of them, not both")
-        return _positive_number(voxel, "voxel")
+        return positive(voxel, "voxel")
     if tolerance is None:
         return voxel_for(solid, _DEFAULT_TOLERANCE * float(np.ptp(solid.bounds, axis=0).max()))
-    return voxel_for(solid, _positive_number(tolerance, "tolerance"))
-
-
-def _positive_number(value, name: str) -> float:
-    from .primitives import positive
-
-    return positive(value, name)
+    return voxel_for(solid, positive(tolerance, "tolerance"))
 
 
 def voxel_for(solid: Solid, tolerance: float) -> float:

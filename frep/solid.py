@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .arguments import direction, positive, real, width
+from .arguments import vector as vector_of
 from .errors import ArgumentError, ArgumentTypeError, EmptyError, TooLargeError, UnboundedError
 from .field import (
     Field,
@@ -186,7 +188,7 @@ class Solid:
         Raises:
             ArgumentError: thickness not positive, or an unknown side.
         """
-        t = _width(thickness, "thickness")
+        t = width(thickness, "thickness")
         if side not in ("inner", "outer", "both"):
             raise ArgumentError(f'side: expected "inner", "outer" or "both", got {side!r}')
         out = {"inner": 0.0, "outer": 1.0, "both": 0.5}[side]
@@ -199,36 +201,28 @@ class Solid:
 
     def translate(self, vector) -> Solid:
         """Move by `vector` (x, y, z) mm."""
-        from .primitives import _vector
-
-        return self._moved(np.eye(3), _vector(vector, "vector"), 1.0, "translate")
+        return self._moved(np.eye(3), vector_of(vector, "vector"), 1.0, "translate")
 
     def rotate(self, axis, angle: float, center=(0.0, 0.0, 0.0)) -> Solid:
         """Turn by `angle` rad round `axis` ("x", "y", "z" or a vector) through `center`, right-handed."""
-        from .primitives import _vector
-
-        u = _direction(axis, "axis")
-        turn = _real(angle, "angle", "rad")
+        u = direction(axis, "axis")
+        turn = real(angle, "angle", "rad")
         k = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
         matrix = np.eye(3) + math.sin(turn) * k + (1.0 - math.cos(turn)) * k @ k
         matrix[np.abs(matrix) < 1e-15] = 0.0
-        c = _vector(center, "center")
+        c = vector_of(center, "center")
         return self._moved(matrix, c - matrix @ c, 1.0, "rotate")
 
     def mirror(self, normal, point=(0.0, 0.0, 0.0)) -> Solid:
         """Reflect in the plane through `point` with `normal` ("x", "y", "z" or a vector)."""
-        from .primitives import _vector
-
-        n = _direction(normal, "normal")
+        n = direction(normal, "normal")
         matrix = np.eye(3) - 2.0 * np.outer(n, n)
-        p = _vector(point, "point")
+        p = vector_of(point, "point")
         return self._moved(matrix, p - matrix @ p, 1.0, "mirror")
 
     def scale(self, factor: float, center=(0.0, 0.0, 0.0)) -> Solid:
         """Magnify by `factor` > 0 about `center`; widths grow with it."""
-        from .primitives import _vector, positive
-
-        s, c = positive(factor, "factor", ""), _vector(center, "center")
+        s, c = positive(factor, "factor", ""), vector_of(center, "center")
         return self._moved(s * np.eye(3), c - s * c, s, "scale")
 
     def _moved(self, matrix: np.ndarray, shift: np.ndarray, scale: float, label: str) -> Solid:
@@ -346,43 +340,6 @@ def _image_of_box(bounds: np.ndarray, matrix: np.ndarray, shift: np.ndarray) -> 
                 lo[i] += ends[0]
                 hi[i] += ends[1]
     return np.array([lo, hi])
-
-
-def _direction(value: Any, name: str) -> np.ndarray:
-    """A unit vector from "x", "y", "z" or three numbers."""
-    from .primitives import _vector
-
-    if isinstance(value, str) and value in ("x", "y", "z"):
-        return np.eye(3)["xyz".index(value)]
-    if isinstance(value, str):
-        raise ArgumentTypeError(f'{name}: expected "x", "y", "z" or a vector of three numbers, got {value!r}')
-    v = _vector(value, name)
-    length = float(np.linalg.norm(v))
-    if length == 0.0:
-        raise ArgumentError(f"{name}: expected a vector that is not zero")
-    return v / length
-
-
-def _real(value: Any, name: str, unit: str) -> float:
-    if isinstance(value, Field):
-        raise ArgumentTypeError(f"{name}: expected a number in {unit}, got the Field {value!r}")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a number in {unit}, got {value!r}") from None
-    if not math.isfinite(number):
-        raise ArgumentError(f"{name}: expected a finite number in {unit}, got {value!r}")
-    return number
-
-
-def _width(value: FieldLike, name: str) -> Field:
-    """A thickness, diameter or radius as a Field; a number must be positive."""
-    if isinstance(value, Solid):
-        raise ArgumentTypeError(f"{name}: expected a number or a Field in mm, got a Solid; use its field")
-    field = as_field(value, name)
-    if field.is_constant and not field.data > 0.0:
-        raise ArgumentError(f"{name}: expected more than 0 mm, got {field.data:g}")
-    return field
 
 
 def _solids(solids: Iterable[Any], name: str) -> list[Solid]:

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from .arguments import width as width_of
 from .errors import ArgumentError, ArgumentTypeError
 from .field import Field, FieldLike, as_field, constant, maximum
 from .skeleton import GraphSkeleton, Skeleton, beam_field
-from .solid import BeamDesign, Feature, Solid, _width, grown
+from .solid import BeamDesign, Feature, Solid, grown
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ def thickened(
     # Where these vary, less than nothing counts as nothing.
     blend_field = blend_field if blend_field.is_constant else maximum(blend_field, 0.0)
     blended = not (blend_field.is_constant and blend_field.data == 0.0)
-    node_width = None if node is None else _width(node, "node")
+    node_width = None if node is None else width_of(node, "node")
     if node_width is not None and not node_width.is_constant:
         node_width = maximum(node_width, 0.0)
     features: list[Feature] = []
@@ -53,7 +54,7 @@ def thickened(
             blend=blend_field if blended else None,
         )
     else:
-        width = _width(diameter, "diameter")
+        width = width_of(diameter, "diameter")
         features.append(Feature("beam", width, "diameter"))
         field = beam_field(
             skeleton,

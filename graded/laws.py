@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
-from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, as_field, clip, coordinates
+from frep import ArgumentError, Field, FieldLike, as_field, clip, coordinates
+from frep.arguments import real
 
 
 def _position(axis: FieldLike | str, start: float, stop: float) -> Field:
@@ -16,22 +14,10 @@ def _position(axis: FieldLike | str, start: float, stop: float) -> Field:
         along = coordinates()["xyz".index(axis)]
     else:
         along = as_field(axis, "axis")
-    low, high = _number(start, "start"), _number(stop, "stop")
+    low, high = real(start, "start", "mm"), real(stop, "stop", "mm")
     if low == high:
         raise ArgumentError(f"start, stop: expected two different positions in mm, got {start!r} twice")
     return clip((along - low) / (high - low), 0.0, 1.0)
-
-
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, Field):
-        raise ArgumentTypeError(f"{name}: expected a number, got the Field {value!r}")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a number, got {type(value).__name__}: {value!r}") from None
-    if not math.isfinite(number):
-        raise ArgumentError(f"{name}: expected a finite number, got {value!r}")
-    return number
 
 
 def linear(axis: FieldLike | str, start: float, stop: float, low: FieldLike, high: FieldLike) -> Field:

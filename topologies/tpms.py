@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from frep import Field, FieldLike, Solid, coordinates, cos, sin
+from frep.arguments import width
 from frep.redistance import periodic_distance
-from frep.solid import Feature, _width
+from frep.solid import Feature
 
 from .beams import _cell_size
 
@@ -64,7 +65,7 @@ class PeriodicSurface:
             >>> round(part.volume(voxel=0.2) / 1000, 2)
             0.48
         """
-        t = _width(thickness, "thickness")
+        t = width(thickness, "thickness")
         self._warn_of_sealing(t)
         field = abs(self.distance) - 0.5 * t
         everywhere = np.array([[-np.inf] * 3, [np.inf] * 3])
