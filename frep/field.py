@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .errors import ArgumentError, ArgumentTypeError, FunctionError
+from .errors import ArgumentError, ArgumentTypeError
 from .ops import OPERATIONS
 
 FieldLike: TypeAlias = "Field | float | int | Callable[..., Any]"
@@ -747,7 +747,6 @@ _UFUNCS: dict[str, Callable[..., Any]] = {
 __all__ = [
     "Field",
     "FieldLike",
-    "FunctionError",
     "arctan",
     "arctan2",
     "as_field",

@@ -3,8 +3,7 @@
 Lowering orders the graph, shares common subexpressions (the graph is hash-consed, so a node is computed once) and allocates
 registers by liveness. A *grid* tape is for samples of an axis-aligned grid: subexpressions of one coordinate only (the
 `sin(k x)` of a periodic surface) are hoisted into per-axis tables that are evaluated once, in float64, and enter a block as a
-broadcast. A *point* tape reads coordinates from registers. Foreign leaves are fed from outside: their arguments are outputs
-of an earlier tape (`Plan`).
+broadcast. A *point* tape reads coordinates from registers. Foreign leaves are fed from outside, by `frep/evaluate.py`.
 """
 
 from __future__ import annotations
