@@ -5,12 +5,14 @@ Every numba function of the project is made by one of the decorators here, so th
 rounding depend on the order in which they are written.
 
 Numba's cache notices a change only in the file of the function itself, not in what that function calls; after an edit or an
-upgrade it would run stale machine code. Here a cached kernel is valid for one state of all files that hold kernels.
+upgrade it would run stale machine code. Here a cached kernel is valid for one state of its file and of all the files with
+kernels that this one imports, directly or through others.
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
 import warnings
 from functools import cache
 from pathlib import Path
@@ -22,14 +24,38 @@ from numba.core.caching import IndexDataCacheFile
 _FLAGS = {"contract", "nsz", "arcp"}
 
 
+_IMPORT = re.compile(rb"^from (\.+)([\w.]*) import (.*)", re.MULTILINE)
+
+
 @cache
-def _stamp() -> str:
-    """What identifies the state of the sources: a digest of every file that holds kernels."""
+def _sources(path: Path) -> frozenset[Path]:
+    """A file and those that it imports, as far as they hold kernels."""
+    found, waiting = set(), [path]
+    while waiting:
+        file = waiting.pop()
+        if file in found:
+            continue
+        text = file.read_bytes() if file.is_file() else b""
+        if b"jit import" not in text and file.name != "jit.py":
+            continue
+        found.add(file)
+        for dots, module, names in _IMPORT.findall(text):
+            folder = file.parents[len(dots) - 1]
+            parts = module.decode().split(".") if module else []
+            waiting.append(folder.joinpath(*parts).with_suffix(".py") if parts else folder / "__init__.py")
+            # `from . import a, b as c`: the names are modules.
+            waiting += [
+                folder.joinpath(*parts, name.split()[0] + ".py") for name in names.decode().split(",") if name.split()
+            ]
+    return frozenset(found)
+
+
+@cache
+def _stamp(path: Path) -> str:
+    """What identifies the state of the sources of a file's kernels."""
     digest = hashlib.blake2b(digest_size=16)
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        text = path.read_bytes()
-        if b"jit import" in text or path.name == "jit.py":
-            digest.update(text)
+    for file in sorted(_sources(path)):
+        digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
@@ -39,7 +65,9 @@ def _compiled(function: Any, **options: Any) -> Any:
     implementation = getattr(held, "_impl", None)
     if held is not None and implementation is not None:
         held._cache_file = IndexDataCacheFile(
-            cache_path=held._cache_path, filename_base=implementation.filename_base, source_stamp=_stamp()
+            cache_path=held._cache_path,
+            filename_base=implementation.filename_base,
+            source_stamp=_stamp(Path(function.__code__.co_filename)),
         )
         held.save_overload = _tolerant(held.save_overload)
     return dispatcher
