@@ -1,4 +1,5 @@
 """Coordinate maps: how a lattice follows a cylinder, a surface or a volume.
 
-A map is a substitution of coordinates, `Field.substitute`; the maps themselves are still to come.
+`steady_map` carries a lattice along powers of similarities and makes its balls round again. Any other map is a substitution of
+coordinates, `Field.substitute`.
 """

@@ -1,12 +1,13 @@
 """Beams in compiled code: the ball-interference query and the distance to the beams it returns.
 
-A skeleton is a source of segments that answers one question, *which beams meet the ball (c, r)?* (`gather`). Explicit graphs
-answer through a uniform grid of segment lists, periodic cells by folding the ball into the period. Everything else, bounds
-over a box as well as values on a block, is computed from the short list that `gather` returns, in coordinates relative to
-the ball's centre, so that float32 is enough on a block.
+A skeleton is a source of segments that answers one question, *which beams meet the ball (c, r)?* (`gather`). Explicit
+graphs answer through a uniform grid of segment lists, periodic cells by folding the ball into the period, steady
+lattices by descending their index brick (`frep/steady_kernels.py`). Everything else, bounds over a box as well as
+values on a block, is computed from the short list that `gather` returns, in coordinates relative to the ball's centre,
+so that float32 is enough on a block.
 
-The data of a skeleton is packed into flat arrays (see `frep/skeleton.py`): `head` (integers), `fdata` (float64), `idata`
-(int32).
+The data of a skeleton is packed into flat arrays (see `frep/skeleton.py`): `head` (integers), `fdata` (float64),
+`idata` (int32).
 """
 
 from __future__ import annotations
@@ -15,17 +16,20 @@ import math
 
 import numpy as np
 
+from . import steady_kernels as steady
 from .jit import kernel
 
 # Columns of `head`.
 H_SOURCE, H_SECTION, H_BLEND, H_NODES, H_SEGMENTS, H_COUNT, H_SOURCE_DATA, H_INDEX, H_NX, H_NY, H_NZ = range(11)
 HEAD = 16
 
-PERIODIC, GRAPH = 0, 1
-"""Sources. Periodic source data: cell size (3), largest own radius. Graph: index origin (3), index spacing, largest radius."""
+PERIODIC, GRAPH, STEADY = 0, 1, 2
+"""Sources. Periodic source data: cell size (3), largest own radius. Graph: index origin (3), index spacing, largest
+radius. Steady: see `frep/steady_kernels.py`."""
 
 ROUND, CONE, SQUARE = 0, 1, 2
-"""Sections: circle of radius p0; cone between the node radii stored in the segment; rounded square of side p0, fillet p1."""
+"""Sections: circle of radius p0; cone between the node radii stored in the segment; rounded square of side p0, fillet
+p1."""
 
 SEGMENT = 9
 """Columns of a stored segment: a (3), b (3), radius at a, radius at b, 1 for a node ball."""
@@ -36,18 +40,16 @@ R_U, R_LENGTH, R_RA, R_RB, R_NODE, R_E1, R_ID, R_CELL, R_DISTANCE = 3, 6, 7, 8, 
 ROW = 18
 
 SEPARABLE, CONSTANT_0, CONSTANT_2 = 1, 2, 4
-"""Bits of what a tape knows of a leaf's arguments: the coordinates are those of the grid, each along its own axis; the widths of
-the beams, of the nodes, are the same everywhere."""
+"""Bits of what a tape knows of a leaf's arguments: the coordinates are those of the grid, each along its own axis; the
+widths of the beams, of the nodes, are the same everywhere."""
 
 CAPACITY = 1024
 """Rows a block's list holds. A block that meets more beams is evaluated point by point."""
 
 
 @kernel
-def _store(rows, n, fdata, s, ox, oy, oz, seg, ci, cj, ck, distance):
-    # ox.. shifts the stored segment so that the ball centre is the origin.
-    ax, ay, az = fdata[s] + ox, fdata[s + 1] + oy, fdata[s + 2] + oz
-    bx, by, bz = fdata[s + 3] + ox, fdata[s + 4] + oy, fdata[s + 5] + oz
+def _store(rows, n, ax, ay, az, bx, by, bz, ra, rb, node, seg, ci, cj, ck, distance):
+    # The ends are relative to the ball centre.
     ux, uy, uz = bx - ax, by - ay, bz - az
     length = math.sqrt(ux * ux + uy * uy + uz * uz)
     if length > 0.0:
@@ -63,22 +65,21 @@ def _store(rows, n, fdata, s, ox, oy, oz, seg, ci, cj, ck, distance):
     r = rows[n]
     r[0], r[1], r[2] = ax, ay, az
     r[3], r[4], r[5] = ux, uy, uz
-    r[6], r[7], r[8], r[9] = length, fdata[s + 6], fdata[s + 7], fdata[s + 8]
+    r[6], r[7], r[8], r[9] = length, ra, rb, node
     r[10], r[11], r[12] = e1x, e1y, 0.0
     r[13], r[14], r[15], r[16] = seg, ci, cj, ck
     r[17] = distance
 
 
 @kernel
-def _axis_distance(fdata, s, px, py, pz):
-    ax, ay, az = fdata[s], fdata[s + 1], fdata[s + 2]
-    ux, uy, uz = fdata[s + 3] - ax, fdata[s + 4] - ay, fdata[s + 5] - az
-    px, py, pz = px - ax, py - ay, pz - az
+def _axis_distance(ax, ay, az, bx, by, bz):
+    """Distance of the origin from a segment."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
     squared = ux * ux + uy * uy + uz * uz
     t = 0.0
     if squared > 0.0:
-        t = min(max((px * ux + py * uy + pz * uz) / squared, 0.0), 1.0)
-    dx, dy, dz = px - t * ux, py - t * uy, pz - t * uz
+        t = min(max(-(ax * ux + ay * uy + az * uz) / squared, 0.0), 1.0)
+    dx, dy, dz = ax + t * ux, ay + t * uy, az + t * uz
     return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
@@ -86,10 +87,13 @@ def _axis_distance(fdata, s, px, py, pz):
 def gather(head, fdata, idata, cx, cy, cz, radius, skip, rows):
     """The beams whose axis, thickened by their own stored radius, comes within `radius` of (cx, cy, cz).
 
-    Returns how many there are, and fills `rows` with those after the first `skip`, as many as fit. About 10 ns a candidate.
+    Returns how many there are, and fills `rows` with those after the first `skip`, as many as fit. A steady source
+    stops looking where the rows are full, and then returns one more than it has passed. About 10 ns a candidate.
     """
     if head[H_SOURCE] == PERIODIC:
         return _gather_periodic(head, fdata, cx, cy, cz, radius, skip, rows)
+    if head[H_SOURCE] == STEADY:
+        return _gather_steady(head, fdata, idata, cx, cy, cz, radius, skip, rows)
     return _gather_graph(head, fdata, idata, cx, cy, cz, radius, skip, rows)
 
 
@@ -124,10 +128,13 @@ def _gather_periodic(head, fdata, cx, cy, cz, radius, skip, rows):
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
                 for k in range(k0, k1 + 1):
-                    d = _axis_distance(fdata, s, cx - i * sx, cy - j * sy, cz - k * sz)
+                    x, y, z = i * sx - cx, j * sy - cy, k * sz - cz
+                    px, py, pz, qx, qy, qz = ax + x, ay + y, az + z, bx + x, by + y, bz + z
+                    d = _axis_distance(px, py, pz, qx, qy, qz)
                     if d <= most:
                         if skip <= n < skip + len(rows):
-                            _store(rows, n - skip, fdata, s, i * sx - cx, j * sy - cy, k * sz - cz, seg, i, j, k, d)
+                            r = fdata[s + 6], fdata[s + 7], fdata[s + 8]
+                            _store(rows, n - skip, px, py, pz, qx, qy, qz, r[0], r[1], r[2], seg, i, j, k, d)
                         n += 1
     return n
 
@@ -163,11 +170,48 @@ def _gather_graph(head, fdata, idata, cx, cy, cz, radius, skip, rows):
                         continue
                     if k != max(k0, _clamped_cell((min(fdata[s + 2], fdata[s + 5]) - oz) / spacing, nz)):
                         continue
-                    d = _axis_distance(fdata, s, cx, cy, cz)
+                    ax, ay, az = fdata[s] - cx, fdata[s + 1] - cy, fdata[s + 2] - cz
+                    bx, by, bz = fdata[s + 3] - cx, fdata[s + 4] - cy, fdata[s + 5] - cz
+                    d = _axis_distance(ax, ay, az, bx, by, bz)
                     if d <= radius + max(fdata[s + 6], fdata[s + 7]):
                         if skip <= n < skip + len(rows):
-                            _store(rows, n - skip, fdata, s, -cx, -cy, -cz, seg, 0, 0, 0, d)
+                            r = fdata[s + 6], fdata[s + 7], fdata[s + 8]
+                            _store(rows, n - skip, ax, ay, az, bx, by, bz, r[0], r[1], r[2], seg, 0, 0, 0, d)
                         n += 1
+    return n
+
+
+@kernel
+def _gather_steady(head, fdata, idata, cx, cy, cz, radius, skip, rows):
+    # 150 ns a box of indices, of which there are two or three in a straight lattice; 30 ns a beam of those that are
+    # left.
+    n = 0
+    p, q = head[H_SOURCE_DATA], head[H_INDEX]
+    stack, near = np.empty((steady.STACK, 6), np.int64), np.empty(6, np.int64)
+    swept, dual, ends = np.empty(steady.SWEPT), np.empty(3), np.empty(11)
+    top = steady.descend(fdata, idata, q, p, cx, cy, cz, radius, stack, steady.start(idata, q, stack), swept, dual)
+    while top > 0:
+        for rack in range(head[H_COUNT]):
+            s, b = head[H_SEGMENTS] + SEGMENT * rack, q + steady.I_RACKS + steady.RACK * rack
+            steady.rack_anchors(idata, b, stack[top - 1], swept, near)
+            for i in range(near[0], near[3] + 1):
+                for j in range(near[1], near[4] + 1):
+                    for k in range(near[2], near[5] + 1):
+                        steady.rack_ends(fdata, idata, q, s, b, i, j, k, ends)
+                        ax, ay, az = ends[0] - cx, ends[1] - cy, ends[2] - cz
+                        bx, by, bz = ends[3] - cx, ends[4] - cy, ends[5] - cz
+                        d = _axis_distance(ax, ay, az, bx, by, bz)
+                        if d <= radius + max(ends[6], ends[7]):
+                            if n == skip + len(rows):
+                                return n + 1
+                            if n >= skip:
+                                r = ends[6], ends[7], fdata[s + 8]
+                                c = ends[8], ends[9], ends[10]
+                                _store(
+                                    rows, n - skip, ax, ay, az, bx, by, bz, r[0], r[1], r[2], rack, c[0], c[1], c[2], d
+                                )
+                            n += 1
+        top = steady.descend(fdata, idata, q, p, cx, cy, cz, radius, stack, top - 1, swept, dual)
     return n
 
 
@@ -178,6 +222,11 @@ def _first_radius(head, fdata, cx, cy, cz):
     if head[H_SOURCE] == PERIODIC:
         sx, sy, sz = fdata[p], fdata[p + 1], fdata[p + 2]
         return 0.25 * min(sx, min(sy, sz)), 4.0 * (sx + sy + sz)
+    if head[H_SOURCE] == STEADY:
+        dx, dy, dz = fdata[p + steady.F_ALL] - cx, fdata[p + steady.F_ALL + 1] - cy, fdata[p + steady.F_ALL + 2] - cz
+        away = math.sqrt(dx * dx + dy * dy + dz * dz)
+        r = fdata[p + steady.F_ALL + 3]
+        return max(away - r, fdata[p + steady.F_FIRST]), away + r
     spacing = fdata[p + 3]
     dx = max(abs(cx - fdata[p]), abs(fdata[p] + head[H_NX] * spacing - cx))
     dy = max(abs(cy - fdata[p + 1]), abs(fdata[p + 1] + head[H_NY] * spacing - cy))
@@ -214,15 +263,16 @@ def relevant_radius(head, fdata, idata, cx, cy, cz, half, least, reach, blend, c
 
     Args:
         half: radius of the region.
-        least, reach: smallest and largest half-width of beams and nodes in the region (without what is stored in segments).
+        least, reach: smallest and largest half-width of beams and nodes in the region (without what is stored in
+            segments).
         blend: largest blend radius in the region.
         cutoff: values above it need not be exact, only larger than it; `inf` when all must be.
     """
     bounded = max(cutoff, blend) + reach + half
     if cutoff < math.inf and not _hopeless(head, fdata, bounded, len(rows)):
         return bounded
-    # A beam that is nearest somewhere in the region is no farther from the centre than the nearest one by twice `half` and
-    # the spread of the widths.
+    # A beam that is nearest somewhere in the region is no farther from the centre than the nearest one by twice `half`
+    # and the spread of the widths.
     _, upper = nearest_beam(head, fdata, idata, cx, cy, cz, rows)
     wanted = max(upper + 2.0 * half + reach - least, blend + reach + half)
     # The nearest beam itself must not be lost to rounding.
@@ -243,7 +293,7 @@ def beam_distance(section, r, px, py, pz, p0, p1, p_node):
         return math.sqrt(dx * dx + dy * dy + dz * dz) - p0
     if section == CONE:
         square = max(qx * qx + qy * qy + qz * qz - t * t, 0.0)
-        return _cone(math.sqrt(square), t, length, r[7], r[8])
+        return cone_distance(math.sqrt(square), t, length, r[7], r[8])
     e2x, e2y, e2z = r[4] * r[12] - r[5] * r[11], r[5] * r[10] - r[3] * r[12], r[3] * r[11] - r[4] * r[10]
     u = abs(qx * r[10] + qy * r[11] + qz * r[12])
     v = abs(qx * e2x + qy * e2y + qz * e2z)
@@ -251,7 +301,7 @@ def beam_distance(section, r, px, py, pz, p0, p1, p_node):
 
 
 @kernel
-def _cone(radial, t, length, ra, rb):
+def cone_distance(radial, t, length, ra, rb):
     """Exact distance to the sphere-swept cone (lf-rep O5), in the half plane of the axis."""
     if abs(ra - rb) >= length:
         # One end ball holds the other.
@@ -369,7 +419,8 @@ def largest(a, sign, n, fold):
 def beams_block(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, known, cutoff, rows, local, out):
     """Distance to the skeleton at n <= 512 points.
 
-    x, y, z: coordinates in lattice space; p0..p3: the parameters, arrays like x. `known` tells what the tape knows of them, see
+    x, y, z: coordinates in lattice space; p0..p3: the parameters, arrays like x. `known` tells what the tape knows of
+        them, see
     `frep/tape.py`. `local` is scratch (4, n) of the same type.
     Cost: 0.2 to 0.4 ns a point and beam in float32, plus the query, about 1 us a block.
     """
@@ -462,8 +513,8 @@ def _round_hard(rows, count, lx, ly, lz, p0, p2, n, best, out):
 def _general(head, rows, count, lx, ly, lz, p0, p1, p2, p3, n, total, out):
     """Any section, hard or blended.
 
-    The blend is the n-ary round union: with v_i the distances and k the radius, k - |max(k - v_i, 0)| where min v < k. It is
-    symmetric in the beams, exact where only one is within k, and leaves a circular fillet of radius k between two
+    The blend is the n-ary round union: with v_i the distances and k the radius, k - |max(k - v_i, 0)| where min v < k.
+    It is symmetric in the beams, exact where only one is within k, and leaves a circular fillet of radius k between two
     surfaces that meet at a right angle.
     """
     section = head[H_SECTION]

@@ -263,17 +263,24 @@ class Program:
     Args:
         fields: what to evaluate.
         cutoffs: for data leaves, the value above which they need not be exact (see `frep/sampling.py`).
+        regions: for skeletons, the box of their own space outside of which nothing matters.
     """
 
-    def __init__(self, fields: tuple[Field, ...], cutoffs: dict[Field, float] | None = None) -> None:
+    def __init__(
+        self,
+        fields: tuple[Field, ...],
+        cutoffs: dict[Field, float] | None = None,
+        regions: dict[Field, np.ndarray] | None = None,
+    ) -> None:
         self.fields = fields
         self.cutoffs = cutoffs
+        self.regions = regions
         self._tapes: dict[bool, tuple[Tape, PackedLeaves]] = {}
 
     def tape(self, hoist: bool) -> tuple[Tape, PackedLeaves]:
         if hoist not in self._tapes:
             tape = lower(self.fields, hoist=hoist)
-            self._tapes[hoist] = (tape, pack_leaves(tape.leaves, self.cutoffs))
+            self._tapes[hoist] = (tape, pack_leaves(tape.leaves, self.cutoffs, self.regions))
         return self._tapes[hoist]
 
     def at(self, points: np.ndarray) -> np.ndarray:

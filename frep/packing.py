@@ -53,15 +53,26 @@ class PackedLeaves:
     cutoffs: np.ndarray
 
 
-def pack_leaves(leaves: tuple[Field, ...], cutoffs: dict[Field, float] | None = None) -> PackedLeaves:
-    """Pack the data of leaf nodes. Each leaf's data object has `pack(packer) -> list[int]`, its head."""
+def pack_leaves(
+    leaves: tuple[Field, ...], cutoffs: dict[Field, float] | None = None, regions: dict[Field, np.ndarray] | None = None
+) -> PackedLeaves:
+    """Pack the data of leaf nodes. Each leaf's data object has `pack(packer) -> list[int]`, its head; those given a region
+    `pack(packer, box)`.
+
+    Args:
+        leaves: the nodes.
+        cutoffs: the value above which each need not be exact.
+        regions: a box (2, 3) of each leaf's own space, outside of which nothing of it matters.
+    """
     packer = Packer()
     heads = np.zeros((max(len(leaves), 1), HEAD), dtype=np.int64)
-    starts: dict[int, list[int]] = {}
+    starts: dict[tuple[int, bytes | None], list[int]] = {}
     for i, node in enumerate(leaves):
-        if id(node.data) not in starts:
-            starts[id(node.data)] = node.data.pack(packer)
-        head = starts[id(node.data)]
+        box = None if regions is None else regions.get(node)
+        key = (id(node.data), None if box is None else box.tobytes())
+        if key not in starts:
+            starts[key] = node.data.pack(packer) if box is None else node.data.pack(packer, box)
+        head = starts[key]
         heads[i, : len(head)] = head
     limits = [math.inf if cutoffs is None else cutoffs.get(node, math.inf) for node in leaves]
     return PackedLeaves(

@@ -15,7 +15,7 @@ import numpy as np
 from .evaluate import Program
 from .field import Field, topological
 from .progress import progress
-from .sampling import cutoffs
+from .sampling import cutoffs, regions
 
 if TYPE_CHECKING:
     from .solid import Solid
@@ -50,7 +50,7 @@ def polished(solid: Solid, vertices: np.ndarray, faces: np.ndarray, voxel: float
             part = slice(start, start + _BATCH)
             moved[part], normals[part], slope[part] = _onto_surface(program, vertices[part], voxel)
             advance(len(moved[part]))
-        value = Program(program.fields[:1], program.cutoffs)
+        value = Program(program.fields[:1], program.cutoffs, program.regions)
         lift = _lift(value, moved, slope, faces, voxel, advance)
     moved += lift[:, None] * normals
     return np.clip(moved, solid.bounds[0], solid.bounds[1])
@@ -116,7 +116,7 @@ def _gradient_program(solid: Solid, voxel: float) -> Program:
     limits: dict[Field, float] = {
         n: by_data[id(n.data)] for n in topological(outputs) if n.data is not None and id(n.data) in by_data
     }
-    return Program(outputs, limits)
+    return Program(outputs, limits, regions(limits, solid.bounds[0] - margin, solid.bounds[1] + margin))
 
 
 def _first_order(program: Program, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -81,7 +81,7 @@ def sample(
         _require_memory_for_table(field, lo, hi, voxel, extra_bytes)
         lattice = Lattice.over(lo, hi, voxel)
         limits = cutoffs(field, lo - voxel, hi + voxel, _ROUNDING * max(exact, band + 1.0 if band else 0.0) * voxel)
-        program = Program((field,), limits)
+        program = Program((field,), limits, regions(limits, lo - voxel, hi + voxel))
         table = _classify(program, lattice, band * voxel)
         leaves = np.argwhere(table == _LEAF_MARK).astype(np.int32)
         advance(1)
@@ -191,6 +191,26 @@ def cutoffs(field: Field, lo: np.ndarray, hi: np.ndarray, margin: float) -> dict
                 had = wanted.get(argument, (math.inf, -math.inf))
                 wanted[argument] = (min(had[0], a), max(had[1], b))
     return {n: wanted[n][1] + margin * _stretch(n, lo, hi) for n in leaves if n in wanted}
+
+
+def regions(limits: dict[Field, float], lo: np.ndarray, hi: np.ndarray) -> dict[Field, np.ndarray]:
+    """For each skeleton with a finite cutoff, the box (2, 3) of its own space in which its beams can matter to the box lo, hi.
+
+    A steady lattice asked for a window then descends the window's indices only, however many clusters there are beyond.
+    """
+    leaves = [n for n, cutoff in limits.items() if n.op == "beams" and math.isfinite(cutoff)]
+    if not leaves:
+        return {}
+    least, most = Program(tuple(a for n in leaves for a in n.args)).bounds(lo[None], hi[None])
+    least, most = least.reshape(len(leaves), -1), most.reshape(len(leaves), -1)
+    found = {}
+    for n, low, high in zip(leaves, least, most, strict=True):
+        width, _, ball, blend = np.maximum(high[3:], 0.0)
+        reach = max(limits[n], blend) + max(width, ball)
+        box = np.array([low[:3] - reach, high[:3] + reach])
+        if np.all(np.isfinite(box)):
+            found[n] = box
+    return found
 
 
 def _stretch(leaf: Field, lo: np.ndarray, hi: np.ndarray) -> float:

@@ -2,7 +2,8 @@
 
 A skeleton answers one question, the ball-interference query (BIQ): *which beams meet the ball (c, r)?* The sampler asks it to
 bound a box and to make the short list of beams that a leaf block evaluates. `PeriodicSkeleton` folds the ball into its
-cell; `GraphSkeleton` looks it up in a uniform grid of segment lists. Both evaluate through `frep/beam_kernels.py`.
+cell; `GraphSkeleton` looks it up in a uniform grid of segment lists; `SteadySkeleton` (`frep/steady.py`) descends its index
+brick. All evaluate through `frep/beam_kernels.py`.
 """
 
 from __future__ import annotations
@@ -11,11 +12,11 @@ import hashlib
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from .beam_kernels import CAPACITY, CONE, GRAPH, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
+from .beam_kernels import CAPACITY, CONE, GRAPH, HEAD, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
 from .errors import ArgumentError
 from .field import Field, constant, leaf_field
 from .packing import Packer
@@ -26,7 +27,7 @@ _SECTIONS = {"circle": ROUND, "cone": CONE, "square": SQUARE}
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Nodes joined by straight beams. Base of the two sources.
+    """Nodes joined by straight beams. Base of the sources.
 
     Attributes:
         nodes: (n, 3) float64 positions in mm.
@@ -35,6 +36,9 @@ class Skeleton:
 
     nodes: np.ndarray
     edges: np.ndarray
+
+    source: ClassVar[int]
+    """Which `gather` of `frep/beam_kernels.py` answers."""
 
     def segments(self) -> np.ndarray:
         """(m, 2, 3) end points of the beams (of one period, for a periodic skeleton)."""
@@ -53,25 +57,38 @@ class Skeleton:
             raise ArgumentError(f"center: expected three finite numbers, got {center!r}")
         if not (math.isfinite(radius) and radius >= 0):
             raise ArgumentError(f"radius: expected a finite number >= 0, got {radius!r}")
-        packer = Packer()
-        head = np.zeros(16, np.int64)
-        packed = BeamLeaf(self, "circle", blended=False).pack(packer)
-        head[: len(packed)] = packed
-        fdata, idata = packer.joined("f", np.float64), packer.joined("i", np.int32)
         rows = np.empty((CAPACITY, ROW))
-        n = gather(head, fdata, idata, *c, float(radius), 0, rows)
-        if n > len(rows):
-            rows = np.empty((n, ROW))
-            gather(head, fdata, idata, *c, float(radius), 0, rows)
+        while (n := gather(*self.packed, *c, float(radius), 0, rows)) > len(rows):
+            rows = np.empty((max(n, 4 * len(rows)), ROW))
         return rows[:n, R_ID : R_CELL + 3].astype(np.int64)
+
+    @cached_property
+    def packed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Head, `fdata` and `idata` of its axes, for `gather`."""
+        packer = Packer()
+        head = np.zeros(HEAD, np.int64)
+        leaf = BeamLeaf(self, "circle", blended=False).pack(packer)
+        head[: len(leaf)] = leaf
+        return head, packer.joined("f", np.float64), packer.joined("i", np.int32)
 
     @property
     def content_key(self) -> bytes:
         """Equal for equal skeletons."""
         raise NotImplementedError
 
-    def _source(self, packer: Packer, rows: np.ndarray) -> list[int]:
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
+        """What the head of a leaf says of the source. Only beams that come near the box (2, 3) will be asked for."""
         raise NotImplementedError
+
+    @property
+    def lone_nodes(self) -> np.ndarray:
+        """Nodes that have no beam, and are balls of their own radius."""
+        return np.zeros(0, np.int64)
+
+    @property
+    def scales(self) -> tuple[float, float]:
+        """The smallest and largest factor by which stored radii are multiplied."""
+        return 1.0, 1.0
 
     @property
     def bounds(self) -> np.ndarray:
@@ -86,6 +103,7 @@ class PeriodicSkeleton(Skeleton):
     `size` (3,) is the period in mm. Edges that coincide after a shift by whole periods are given once.
     """
 
+    source: ClassVar[int] = PERIODIC
     size: np.ndarray
 
     @property
@@ -94,9 +112,9 @@ class PeriodicSkeleton(Skeleton):
 
     @property
     def content_key(self) -> bytes:
-        return _key(b"periodic", self.nodes, self.edges, self.size)
+        return digest(b"periodic", self.nodes, self.edges, self.size)
 
-    def _source(self, packer: Packer, rows: np.ndarray) -> list[int]:
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
         largest = rows[:, 6:8].max(initial=0.0)
         data = packer.floats([*self.size, largest])
         return [data, 0, 0, 0, 0]
@@ -106,15 +124,17 @@ class PeriodicSkeleton(Skeleton):
 class GraphSkeleton(Skeleton):
     """An explicit, finite graph of beams."""
 
+    source: ClassVar[int] = GRAPH
+
     @property
     def bounds(self) -> np.ndarray:
         return np.array([self.nodes.min(axis=0), self.nodes.max(axis=0)])
 
     @property
     def content_key(self) -> bytes:
-        return _key(b"graph", self.nodes, self.edges)
+        return digest(b"graph", self.nodes, self.edges)
 
-    def _source(self, packer: Packer, rows: np.ndarray) -> list[int]:
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
         lo = np.minimum(rows[:, 0:3], rows[:, 3:6])
         hi = np.maximum(rows[:, 0:3], rows[:, 3:6])
         origin, extent = lo.min(axis=0), hi.max(axis=0) - lo.min(axis=0)
@@ -128,7 +148,8 @@ class GraphSkeleton(Skeleton):
         return [data, index, *(int(n) for n in shape)]
 
 
-def _key(kind: bytes, *arrays: np.ndarray) -> bytes:
+def digest(kind: bytes, *arrays: np.ndarray) -> bytes:
+    """A key of arrays: equal where they are."""
     h = hashlib.blake2b(kind, digest_size=16)
     for a in arrays:
         h.update(str(a.shape).encode())
@@ -185,17 +206,28 @@ class BeamLeaf:
         if self.node_radii is not None:
             beams[:, 6:8] = self.node_radii[sk.edges]
         if not self.with_nodes:
-            return beams
+            return np.concatenate([beams, self._lone_nodes()])
         nodes = np.zeros((len(sk.nodes), SEGMENT))
         nodes[:, 0:3] = nodes[:, 3:6] = sk.nodes
         nodes[:, 8] = 1.0
         return np.concatenate([beams, _distinct_nodes(nodes, sk)])
 
-    def pack(self, packer: Packer) -> list[int]:
+    def _lone_nodes(self) -> np.ndarray:
+        """Balls of their own radius where no beam has one."""
+        lone = self.skeleton.lone_nodes if self.node_radii is not None else np.zeros(0, np.int64)
+        balls = np.zeros((len(lone), SEGMENT))
+        if self.node_radii is not None:
+            balls[:, 0:3] = balls[:, 3:6] = self.skeleton.nodes[lone]
+            balls[:, 6] = balls[:, 7] = self.node_radii[lone]
+        balls[:, 8] = 1.0
+        return balls
+
+    def pack(self, packer: Packer, box: np.ndarray | None = None) -> list[int]:
+        """The head of the leaf. Where it will only be asked near a `box` (2, 3) of lattice space, its source may know less."""
         rows = self._rows
-        source = PERIODIC if isinstance(self.skeleton, PeriodicSkeleton) else GRAPH
+        source = self.skeleton.source
         segments = packer.floats(rows)
-        data = self.skeleton._source(packer, rows)
+        data = self.skeleton._source(packer, rows, box)
         return [source, _SECTIONS[self.section], int(self.blended), int(self.with_nodes), segments, len(rows), *data]
 
 

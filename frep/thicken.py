@@ -11,7 +11,7 @@ import numpy as np
 from .arguments import width as width_of
 from .errors import ArgumentError, ArgumentTypeError
 from .field import Field, FieldLike, as_field, constant, maximum
-from .skeleton import GraphSkeleton, Skeleton, beam_field
+from .skeleton import Skeleton, beam_field
 from .solid import BeamDesign, Feature, Solid, grown
 
 
@@ -44,7 +44,8 @@ def thickened(
         if square is not None:
             raise ArgumentError("diameter: one number a node is for circular sections; give a Field for square ones")
         end_radii = 0.5 * _per_node(diameter, skeleton)
-        features.append(Feature("beam", constant(2.0 * float(end_radii[skeleton.edges].min())), "diameter"))
+        used = end_radii[skeleton.edges] if len(skeleton.edges) else end_radii
+        features.append(Feature("beam", constant(2.0 * skeleton.scales[0] * float(used.min())), "diameter"))
         width = None
         field = beam_field(
             skeleton,
@@ -73,7 +74,7 @@ def thickened(
         blended=blended,
     )
     bounds = skeleton.bounds
-    if isinstance(skeleton, GraphSkeleton):
+    if np.all(np.isfinite(bounds)):
         bounds = _bounds(skeleton, width, end_radii, node_width, blend_field, square is not None)
     return Solid._make(field, bounds, features=tuple(features), label=label, beams=design)
 
@@ -106,7 +107,7 @@ def _bounds(
     """The box of a finite lattice with its widths."""
     axes = skeleton.bounds
     if end_radii is not None:
-        outline = axes + float(end_radii.max()) * np.array([[-1.0], [1.0]])
+        outline = axes + skeleton.scales[1] * float(end_radii.max()) * np.array([[-1.0], [1.0]])
     else:
         outline = grown(
             axes, constant(0.0) if width is None else width, math.sqrt(0.5) if is_square else 0.5, "diameter"
