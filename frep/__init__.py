@@ -58,6 +58,7 @@ from .field import (
     where,
 )
 from .grid import SparseGrid
+from .parameter import parameter
 from .primitives import box, capsule, cone, cylinder, half_space, rounded_box, sphere, torus
 from .solid import Solid, difference, intersection, union
 
@@ -132,6 +133,7 @@ __all__ = [
     "maximum",
     "minimum",
     "mod",
+    "parameter",
     "power",
     "render",
     "rounded_box",

@@ -8,7 +8,7 @@ import sys
 import threading
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
@@ -233,18 +233,65 @@ def render(
     print(f"wrote {output}")
 
 
+@app.command
+def lattice(
+    program: Path,
+    action: Literal["info", "beams", "mesh", "render", "export"] = "info",
+    /,
+    *,
+    param: Param = None,
+    roi: str | None = None,
+    box: str | None = None,
+    voxel: float | None = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    everything: Annotated[bool, Parameter(name="--all", negative="")] = False,
+) -> None:
+    """Examine, draw, mesh or export the lattice that a program defines, whole or in part.
+
+    Parameters
+    ----------
+    program
+        A Python script that defines `lattice`.
+    action
+        info: its counts, measures and parameters. beams: both balls of each beam, as text. mesh: print-ready triangles.
+        render: a picture of the beams of a region in the outline of the whole. export: the model (.json), all balls and
+        beams (.txt) or a program that builds it (.py).
+    param
+        name=value, a new value for one of the program's parameters. May be given several times.
+    roi
+        For beams, mesh, render and export: i,j,k:di,dj,dk, the first cluster of a region and how many each way.
+    box
+        For mesh: x0,y0,z0:x1,y1,z1 in mm, a box that cuts the lattice; --box=-1,... where it starts with a minus.
+    voxel
+        For mesh: distance of the samples in mm; the program's own `voxel` if not given.
+    output
+        The file to write; if not given: the program's name in this folder, and the terminal for beams.
+    everything
+        For beams and export: write more than 50 million beams.
+    """
+    from frep.lattice_cli import Options, run_lattice
+
+    options = Options(roi=roi, box=box, voxel=voxel, output=output, everything=everything)
+    run_lattice(program, action, options, _replaced(param))
+
+
 def _run(path: Path, params: list[str] | None) -> Design:
     from frep.design import load_design
     from frep.progress import progress
 
+    replaced = _replaced(params)
+    with progress("design"):
+        return load_design(path, replaced)
+
+
+def _replaced(params: list[str] | None) -> dict[str, str]:
     replaced: dict[str, str] = {}
     for param in params or []:
         name, equals, value = param.partition("=")
         if not equals or not name.strip():
             raise ArgumentError(f"param: expected name=value, got {param!r}")
         replaced[name.strip()] = value
-    with progress("design"):
-        return load_design(path, replaced)
+    return replaced
 
 
 def _read(path: Path) -> Mesh:

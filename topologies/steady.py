@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -137,8 +138,7 @@ class SteadyLattice:
         counts = " x ".join(str(n) for n in self.counts)
         return f"<steady lattice of {counts} clusters: {self.n_nodes:,} nodes, {self.n_beams:,} beams>"
 
-    # --- what it consists of
-    # ---------------------------------------------------------------------------------------------
+    # --- what it consists of -----------------------------------------------------------------------------------------
 
     @cached_property
     def skeleton(self) -> SteadySkeleton:
@@ -213,8 +213,7 @@ class SteadyLattice:
         ~)."""
         return FilteredLattice(self, keep)
 
-    # --- as a solid
-    # ------------------------------------------------------------------------------------------------------
+    # --- as a solid --------------------------------------------------------------------------------------------------
 
     def solid(self) -> Solid:
         """The lattice as a Solid: its balls and cone-beams. The field is an exact distance outside.
@@ -240,8 +239,26 @@ class SteadyLattice:
         """
         return thickened(self.skeleton, diameter, node=node, section=section, blend=blend, label="steady lattice")
 
-    # --- queries
-    # ---------------------------------------------------------------------------------------------------------
+    # --- files and display -------------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path, *, most: int | None = 50_000_000) -> None:
+        """Write the model (.json), a program that makes it (.py), or its balls and beams (.txt); see `steady_files`.
+
+        Raises:
+            FileError: another suffix, no such folder, no space.
+            TooLargeError: a text file of more than `most` beams; None writes any number.
+        """
+        from .steady_files import save
+
+        save(self, path, most=most)
+
+    def outline(self) -> list[np.ndarray]:
+        """The edges of the brick as polylines (n, 3), mm, for display; see `topologies.steady_curves`."""
+        from .steady_curves import outline
+
+        return outline(self)
+
+    # --- queries -----------------------------------------------------------------------------------------------------
 
     def beams_meeting(self, center, radius: float) -> np.ndarray:
         """The beams that meet a ball (BIQ): (n, 4) int64 rows (i, j, k, rack), (i, j, k) the cluster of the start node.
@@ -263,8 +280,7 @@ class SteadyLattice:
         """Which of (n, 3) points lie inside: (n,) bool; for one point a bool. The surface counts as outside."""
         return self.solid().contains(points)
 
-    # --- integral properties
-    # ---------------------------------------------------------------------------------------------
+    # --- integral properties -----------------------------------------------------------------------------------------
 
     @cached_property
     def integrals(self) -> LatticeIntegrals:
@@ -300,8 +316,7 @@ class SteadyLattice:
         return clean_report(self.skeleton)
 
 
-# --- what the constructor accepts
-# ----------------------------------------------------------------------------------------
+# --- what the constructor accepts ------------------------------------------------------------------------------------
 
 
 def _numbers(value: Any, name: str, accepted: str) -> np.ndarray:

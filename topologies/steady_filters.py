@@ -152,14 +152,10 @@ class _InLattice(NodeFilter):
         return head, packer.joined("f", np.float64), packer.joined("i", np.int32), skeleton.edges, kept, skeleton.start
 
     def mask(self, skeleton: SteadySkeleton, first: np.ndarray, span: np.ndarray) -> np.ndarray:
-        from frep.beam_kernels import H_INDEX
         from frep.filter_kernels import nodes_touching
 
         out = np.empty((*span.tolist(), len(skeleton.nodes)), np.bool_)
-        head, fdata, idata = skeleton.packed
-        nodes_touching(
-            fdata, idata, head[H_INDEX], np.array(skeleton.nodes), np.array(skeleton.radii), first, out, *self._packed
-        )
+        nodes_touching(*skeleton.packed, np.array(skeleton.nodes), np.array(skeleton.radii), first, out, *self._packed)
         return out
 
 
