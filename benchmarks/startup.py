@@ -42,6 +42,7 @@ def exercise() -> None:
     import frep
     from graded import distance_to, linear
     from topologies import beams, tpms
+    from topologies.steady import Screw, SteadyLattice, Swirl, Translation, lattice_in_lattice
 
     imported = time.perf_counter() - start
     warnings.simplefilter("ignore")
@@ -49,6 +50,11 @@ def exercise() -> None:
     far = frep.box((1e6, 0, 0), (1e6 + 10, 10, 10))
     diameter = linear("x", 0, 10, 1, 2)
     graph = beams.graph([(1, 1, 1), (9, 9, 9), (9, 1, 5)], [(0, 1), (1, 2)])
+
+    cubic = [(0, 0, 1, 0, 0), (0, 0, 0, 1, 0), (0, 0, 0, 0, 1)]
+    moves = Translation((2, 0, 0)), Screw(0.05, "z", (-40, 0, 0)), Swirl(0.97, (0, 0, 70))
+    steady = SteadyLattice([(1, 1, 1)], 0.4, cubic, *moves, counts=(5, 5, 5))
+    coarse = SteadyLattice([(1, 1, 1)], 0.5, cubic, *(s.power(2) for s in moves), counts=(3, 3, 3))
 
     def body() -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -74,6 +80,13 @@ def exercise() -> None:
         "beams, float64": lambda: (beams.bcc(cell=5).thicken(diameter, blend=0.5) & far).mesh(voxel=0.4),
         "grids": lambda: (tpms.gyroid(cell=5).sheet(1) & box).mesh(voxel=0.5),
         "grids, float64": lambda: (tpms.gyroid(cell=5).sheet(1) & far).mesh(voxel=0.4),
+        "steady lattices": lambda: (
+            (steady.solid() & box).mesh(voxel=0.5),
+            steady.beams_meeting((5, 5, 5), 1),
+            steady.nodes_meeting((5, 5, 5), 1),
+            steady.filtered(lattice_in_lattice(coarse)).count(),
+            steady.volume(),
+        ),
         "polish, volume": lambda: (
             frep.sphere((0, 0, 0), 5).mesh(voxel=1, polish=True),
             frep.sphere((0, 0, 0), 5).volume(voxel=1),

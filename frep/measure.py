@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from .grid import INSIDE, LEAF, SparseGrid
@@ -16,7 +18,12 @@ def volume_of(grid: SparseGrid) -> float:
     1. This smoothed step has no second moment, so that the sum has no bias where the surface is curved; the plane fraction
     clip(1/2 - s, 0, 1) makes a tube of three voxels 3 % too large. d is the field over its slope, the slope from central
     differences, so that fields that are not distances are measured as well. Walls and beams need two voxels.
+
+    Values far from the surface only promise to be larger (`frep/sampling.py`): they are cut off, lest a jump among them pass for
+    a slope and a sample far away for one beside the surface.
     """
+    limit = 3.0 * grid.voxel * max(1.0, _steepest(grid))
+    grid = replace(grid, values=np.clip(grid.values, -limit, limit))
     tiles = float(np.count_nonzero(grid.table == INSIDE)) * LEAF**3
     partial = 0.0
     for start in range(0, len(grid.leaves), _BATCH):
@@ -24,6 +31,21 @@ def volume_of(grid: SparseGrid) -> float:
         s = np.clip(grid.values[part] / _slope(grid, part), -1.0, 1.0)
         partial += float((0.5 + s * (0.625 * s * s - 1.125)).sum(dtype=np.float64))
     return (tiles + partial) * grid.voxel**3
+
+
+_ASKED = 2000
+"""Leaves whose crossings are looked at."""
+
+
+def _steepest(grid: SparseGrid) -> float:
+    """How fast the field changes at its steepest crossings, along the axes, per mm: about 1 for a distance."""
+    values = grid.values[:: max(1, len(grid.leaves) // _ASKED)]
+    steps = []
+    for axis in (1, 2, 3):
+        a, b = (np.take(values, range(k, k + LEAF - 1), axis=axis) for k in (0, 1))
+        steps.append(np.abs(a - b)[(a < 0) != (b < 0)])
+    found = np.concatenate(steps)
+    return float(np.quantile(found, 0.9)) / grid.voxel if len(found) else 1.0
 
 
 def _slope(grid: SparseGrid, part: slice) -> np.ndarray:

@@ -17,7 +17,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from .beam_kernels import CAPACITY, CONE, GRAPH, HEAD, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
-from .errors import ArgumentError
+from .errors import ArgumentError, TooLargeError
 from .field import Field, constant, leaf_field
 from .packing import Packer
 
@@ -44,13 +44,14 @@ class Skeleton:
         """(m, 2, 3) end points of the beams (of one period, for a periodic skeleton)."""
         return self.nodes[self.edges]
 
-    def beams_meeting(self, center, radius: float) -> np.ndarray:
+    def beams_meeting(self, center, radius: float, most: int | None = None) -> np.ndarray:
         """The beams whose axis comes within `radius` mm of `center`: (n, 4) int64 rows (edge, i, j, k).
 
         `i, j, k` number the period; they are zero for an explicit graph.
 
         Raises:
             ArgumentError: radius negative or not finite, center not three finite numbers.
+            TooLargeError: more than `most` beams.
         """
         c = np.asarray(center, float)
         if c.shape != (3,) or not np.all(np.isfinite(c)):
@@ -59,6 +60,8 @@ class Skeleton:
             raise ArgumentError(f"radius: expected a finite number >= 0, got {radius!r}")
         rows = np.empty((CAPACITY, ROW))
         while (n := gather(*self.packed, *c, float(radius), 0, rows)) > len(rows):
+            if most is not None and n > most:
+                raise TooLargeError(f"radius: more than {most:,} beams meet the ball of {radius:g} mm")
             rows = np.empty((max(n, 4 * len(rows)), ROW))
         return rows[:n, R_ID : R_CELL + 3].astype(np.int64)
 

@@ -59,6 +59,13 @@ ENTRIES = (
         compared={"body": str(_BUNNY), "size": "60", "cut": "z"},
         needs=_BUNNY,
     ),
+    Entry("michell", "lattices/michell"),
+    Entry("spring_tire", "lattices/spring_tire", compared={"halves": "5", "springs": "20", "voxel": "0.5"}),
+    Entry("octet", "lattices/octet", compared={"wide": "2", "long": "10", "voxel": "0.4"}),
+    Entry("honeycomb", "lattices/honeycomb"),
+    Entry("figure_6_3", "lattices/figure_6_3"),
+    Entry("lattice_in_lattice", "lattices/lattice_in_lattice", compared={"cells": "12", "voxel": "0.12"}),
+    Entry("billion", "lattices/billion", compared={"window": "3"}),
 )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frep.errors import FileError
+from frep.errors import FileError, TooLargeError, warn
 from frep.io import MESH_SUFFIXES, save_mesh, suffix_of
 from frep.io.atomic import check_target
 from frep.progress import progress
@@ -15,6 +15,7 @@ from frep.progress import progress
 if TYPE_CHECKING:
     from frep.mesh import Mesh
     from frep.solid import BeamDesign, Solid
+    from frep.steady import SteadySkeleton
 
 _STEP = (".step", ".stp")
 _VDB = ".vdb"
@@ -56,7 +57,7 @@ def save_solid(
 def _save_step(
     solid: Solid, path: str | os.PathLike[str], voxel: float | None, polish: bool, max_faces: int | None
 ) -> None:
-    from frep.io import step
+    from frep.io import _brep, step
 
     design = solid.beams
     with progress("STEP", total=1):
@@ -64,9 +65,12 @@ def _save_step(
             if _save_cells(design, path):
                 return
             nodes, edges, radii, balls = explicit_beams(design)
-            if len(edges) <= step.MAX_BEAMS and _tapers_evenly(design, nodes, edges, radii):
-                step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
-                return
+            if 0 < len(edges) <= step.MAX_BEAMS and _tapers_evenly(design, nodes, edges, radii):
+                try:
+                    step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
+                    return
+                except _brep.BrepError as error:
+                    warn(f"{error}; the file has facets instead", UserWarning)
         limit = step.MAX_FACES if max_faces is None else max_faces
         mesh = solid.mesh(voxel, polish=polish) if voxel is not None else _mesh_within(solid, limit, polish)
         step.write_faceted_step(path, mesh, limit)
@@ -143,21 +147,23 @@ def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
 def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Every beam of a design that reaches into its clip box: nodes (n, 3), edges (m, 2), radii (m, 2), node radii (n,).
 
-    A diameter that is a Field is taken at the nodes; between them a beam tapers.
+    A diameter that is a Field is taken at the nodes; between them a beam tapers. Of a steady lattice that has more beams there
+    than a STEP file holds, or balls without beams, there are none.
     """
     from frep.skeleton import PeriodicSkeleton
+    from frep.steady import SteadySkeleton
 
     skeleton = design.skeleton
-    segments, nodes = skeleton.segments(), skeleton.nodes
+    segments = skeleton.segments()
     ends = None if design.end_radii is None else design.end_radii[skeleton.edges]
+    lo, hi = skeleton.bounds if design.clip is None else design.clip
     if isinstance(skeleton, PeriodicSkeleton):
         if design.clip is None:
             raise ValueError("an infinite lattice has no explicit beams")
-        lo, hi = design.clip
-        widest = max(
-            (f.bounds(lo, hi)[1] for f in (design.diameter, design.node_diameter) if f is not None), default=0.0
-        )
+        widest = _widest(design, lo, hi)
         segments, ends = _unrolled(segments, ends, skeleton.size, lo - 0.5 * widest, hi + 0.5 * widest)
+    elif isinstance(skeleton, SteadySkeleton):
+        segments, ends = _instances(skeleton, design, lo, hi)
     points = segments.reshape(-1, 3)
     _, first, number = np.unique(np.round(points, 7), axis=0, return_index=True, return_inverse=True)
     nodes = points[first]
@@ -165,6 +171,37 @@ def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarr
     radii = ends if ends is not None else 0.5 * design.diameter(nodes)[edges]  # type: ignore[misc]
     balls = np.zeros(len(nodes)) if design.node_diameter is None else 0.5 * design.node_diameter(nodes)
     return nodes, edges, np.asarray(radii), balls
+
+
+def _widest(design: BeamDesign, lo: np.ndarray, hi: np.ndarray) -> float:
+    """The largest diameter of beams and nodes in a box."""
+    if design.end_radii is not None:
+        return 2.0 * design.skeleton.scales[1] * float(design.end_radii.max())
+    return max(
+        (float(f.bounds(lo, hi)[1]) for f in (design.diameter, design.node_diameter) if f is not None), default=0.0
+    )
+
+
+def _instances(
+    skeleton: SteadySkeleton, design: BeamDesign, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """The beams (m, 2, 3) of a steady lattice that reach into a box, and the radii of cones; none if too many."""
+    from frep.io import step
+
+    widest = _widest(design, low, high)
+    radius = 0.5 * (float(np.linalg.norm(high - low)) + widest)
+    none = np.zeros((0, 2, 3)), None if design.end_radii is None else np.zeros((0, 2))
+    if design.end_radii is not None and len(skeleton.lone_nodes):
+        return none
+    try:
+        beams = skeleton.beams_meeting(0.5 * (low + high), radius, most=8 * step.MAX_BEAMS)[:, [1, 2, 3, 0]]
+    except TooLargeError:
+        return none
+    segments, radii = skeleton.ends(beams)
+    if design.end_radii is None:
+        return segments, None
+    pairs = skeleton.edges[beams[:, 3]]
+    return segments, radii / skeleton.radii[pairs] * design.end_radii[pairs]
 
 
 def _unrolled(segments: np.ndarray, ends: np.ndarray | None, size: np.ndarray, lo: np.ndarray, hi: np.ndarray):
