@@ -296,7 +296,7 @@ class Program:
             external[i] = node.data.call(_arguments(node, points))
         values = np.empty((len(self.fields), len(points)))
         _points(
-            tape.code, tape.n_registers, tape.constants, tape.outputs, points, batch, external,
+            tape.code, tape.n_registers, tape.constants, tape.outputs, _writable(points), batch, external,
             data.heads, data.fdata, data.idata, data.gdata, data.cutoffs, values,
         )  # fmt: skip
         if order is not None:
@@ -314,7 +314,7 @@ class Program:
             ext_lo[i], ext_hi[i] = _foreign_bounds(node, lo, hi)
         least, most = np.empty((len(self.fields), len(lo))), np.empty((len(self.fields), len(lo)))
         _intervals(
-            tape.code, tape.n_registers, tape.constants, tape.outputs, np.ascontiguousarray(lo), np.ascontiguousarray(hi),
+            tape.code, tape.n_registers, tape.constants, tape.outputs, _writable(lo), _writable(hi),
             ext_lo, ext_hi, data.heads, data.fdata, data.idata, data.gdata, data.cutoffs, least, most,
         )  # fmt: skip
         return least, most
@@ -356,6 +356,12 @@ class Program:
                 least[:, start : start + step],
             )  # fmt: skip
         return least
+
+
+def _writable(array: np.ndarray) -> np.ndarray:
+    """A contiguous array that may be written to: of one that may not numba would make another type, and compile again."""
+    array = np.ascontiguousarray(array)
+    return array if array.flags.writeable else array.copy()
 
 
 @lru_cache(maxsize=256)

@@ -44,36 +44,11 @@ def _ball_distance(ends, cx, cy, cz):
     return cone_distance(radial, t, length, ends[6], ends[7])
 
 
-@kernel
-def _touches(head, fdata, idata, pairs, kept, low, cx, cy, cz, radius, stack, near, swept, dual, ends):
-    """Whether a ball meets a beam of a steady lattice of cones, ends early. About 1 us.
-
-    Where `kept` is not empty only beams count both of whose nodes are in it; `pairs` are the nodes of each rack.
-    """
-    p, q = head[H_SOURCE_DATA], head[H_INDEX]
-    filtered = kept.shape[0] > 0
-    top = steady.descend(fdata, idata, q, p, cx, cy, cz, radius, stack, steady.start(idata, q, stack), swept, dual)
-    while top > 0:
-        for rack in range(head[H_COUNT]):
-            s, b = head[H_SEGMENTS] + SEGMENT * rack, q + steady.I_RACKS + steady.RACK * rack
-            steady.rack_anchors(idata, b, stack[top - 1], swept, near)
-            for i in range(near[0], near[3] + 1):
-                for j in range(near[1], near[4] + 1):
-                    for k in range(near[2], near[5] + 1):
-                        steady.rack_ends(fdata, idata, q, s, b, i, j, k, ends)
-                        if _ball_distance(ends, cx, cy, cz) <= radius and (
-                            not filtered or _is_kept(idata, b, ends, pairs, rack, kept, low)
-                        ):
-                            return True
-        top = steady.descend(fdata, idata, q, p, cx, cy, cz, radius, stack, top - 1, swept, dual)
-    return False
-
-
 SIDE = 4
 """Clusters along a side of the blocks that share one query."""
 
 _LIST = 48
-"""Beams that the list of a block holds; where more meet it, each node asks for itself."""
+"""Beams that the list of a block holds at first."""
 
 
 @kernel
@@ -115,43 +90,49 @@ def _beams_near(head, fdata, idata, pairs, kept, low, cx, cy, cz, radius, stack,
     return n
 
 
+@kernel
+def _mark_block(fine, box, nodes, radii, first, out, coarse):
+    """Mark the nodes of one block of clusters."""
+    fine_head, fine_fdata, fine_idata = fine
+    head, fdata, idata, pairs, kept, low = coarse
+    p, q = fine_head[H_SOURCE_DATA], fine_head[H_INDEX]
+    stack, near = np.empty((steady.STACK, 6), np.int64), np.empty(6, np.int64)
+    swept, dual, ends, found = np.empty(steady.SWEPT), np.empty(3), np.empty(11), np.empty((_LIST, 8))
+    steady.sweep(fine_fdata, fine_idata, q, p, box, swept)
+    x, y, z = swept[0], swept[1], swept[2]
+    reach = swept[steady.S_RADIUS] + radii.max() * _largest_scale(fine_fdata, fine_idata, q, box)
+    n = len(found) + 1
+    while n > len(found):
+        n = _beams_near(head, fdata, idata, pairs, kept, low, x, y, z, reach, stack, near, swept, dual, ends, found)
+        if n > len(found):
+            found = np.empty((4 * len(found), 8))
+    for i in range(box[0], box[3] + 1):
+        for j in range(box[1], box[4] + 1):
+            for k in range(box[2], box[5] + 1):
+                for node in range(len(nodes)):
+                    touching = False
+                    if n > 0:
+                        x, y, z, scale = steady.placed(
+                            fine_fdata, fine_idata, q, i, j, k, nodes[node, 0], nodes[node, 1], nodes[node, 2]
+                        )
+                        m = 0
+                        while m < n and not touching:
+                            touching = _ball_distance(found[m], x, y, z) <= radii[node] * scale
+                            m += 1
+                    out[i - first[0], j - first[1], k - first[2], node] = touching
+
+
 @parallel_kernel
-def nodes_touching(fine_head, fine_fdata, fine_idata, nodes, radii, first, out, head, fdata, idata, pairs, kept, low):
+def nodes_touching(fine, nodes, radii, first, out, coarse):
     """Mark in `out` (i, j, k, node) the nodes of a block of clusters, from `first` on, whose balls meet a lattice of cones.
 
     One query of a few us for a block of 64 clusters, then some 15 ns a node and beam that comes near the block.
     """
-    fp, fq = fine_head[H_SOURCE_DATA], fine_head[H_INDEX]
     bi, bj, bk = (out.shape[0] - 1) // SIDE + 1, (out.shape[1] - 1) // SIDE + 1, (out.shape[2] - 1) // SIDE + 1
-    widest = radii.max()
     for block in prange(bi * bj * bk):
-        stack, near, box = np.empty((steady.STACK, 6), np.int64), np.empty(6, np.int64), np.empty(6, np.int64)
-        swept, dual, ends, found = np.empty(steady.SWEPT), np.empty(3), np.empty(11), np.empty((_LIST, 8))
+        box = np.empty(6, np.int64)
         at = block // (bj * bk), block // bk % bj, block % bk
         for axis in range(3):
             box[axis] = first[axis] + SIDE * at[axis]
             box[3 + axis] = min(box[axis] + SIDE, first[axis] + out.shape[axis]) - 1
-        steady.sweep(fine_fdata, fine_idata, fq, fp, box, swept)
-        x, y, z = swept[0], swept[1], swept[2]
-        reach = swept[steady.S_RADIUS] + widest * _largest_scale(fine_fdata, fine_idata, fq, box)
-        n = _beams_near(head, fdata, idata, pairs, kept, low, x, y, z, reach, stack, near, swept, dual, ends, found)
-        for i in range(box[0], box[3] + 1):
-            for j in range(box[1], box[4] + 1):
-                for k in range(box[2], box[5] + 1):
-                    for node in range(len(nodes)):
-                        touching = False
-                        if n > 0:
-                            x, y, z, scale = steady.placed(
-                                fine_fdata, fine_idata, fq, i, j, k, nodes[node, 0], nodes[node, 1], nodes[node, 2]
-                            )
-                            r = radii[node] * scale
-                            if n > len(found):
-                                touching = _touches(
-                                    head, fdata, idata, pairs, kept, low, x, y, z, r, stack, near, swept, dual, ends
-                                )
-                            else:
-                                m = 0
-                                while m < n and not touching:
-                                    touching = _ball_distance(found[m], x, y, z) <= r
-                                    m += 1
-                        out[i - first[0], j - first[1], k - first[2], node] = touching
+        _mark_block(fine, box, nodes, radii, first, out, coarse)

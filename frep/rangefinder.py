@@ -61,8 +61,9 @@ def find_beams(
         skeleton: the lattice; (i, j, k) is the cluster of a beam's start node.
         centers: (q, 3) mm.
         radii: (q,) mm, or one number; 0 asks which beams hold the point.
-        method: "auto" takes the quickest that `conditions` allows. "O(1)": index boxes by a dual basis; "O(u)": j and k bounded
-            apart for each i; "O(uv)": rows along w; "descent": halves of the index brick; "naive": every beam.
+        method: "auto" takes O(1) where `conditions` allow it, and the descent elsewhere. "O(1)": index boxes by a dual basis;
+            "O(u)": j and k bounded apart for each i; "O(uv)": rows along w; "descent": contraction and halving of the index
+            brick (`frep/steady_kernels.py`), on any lattice; "naive": every beam.
         threads: how many to use; all of numba's unless given.
 
     Raises:
@@ -244,9 +245,16 @@ def _threads(count: int | None) -> Iterator[None]:
         numba.set_num_threads(before)
 
 
+def _kernel(way: int) -> Any:
+    return kernels.find if way in (kernels.BOXES, kernels.DESCENT) else kernels.find_by_rows
+
+
 def _chosen(skeleton: SteadySkeleton, method: Method) -> int:
     allowed = conditions(skeleton).methods
-    name = allowed[0] if method == "auto" else method
+    name = method
+    if method == "auto":
+        # Contraction of the index brick takes about as long as O(u), on any lattice.
+        name = "O(1)" if "O(1)" in allowed and conditions(skeleton).dual else "descent"
     if name not in _METHODS:
         raise ArgumentError(f'method: expected "auto" or one of {", ".join(map(repr, _METHODS))}, got {method!r}')
     if name not in allowed:
@@ -292,7 +300,7 @@ def _collected(lattice: kernels.Lattice, way: int, c: np.ndarray, r: np.ndarray,
     """Rows of all hits of a batch, in order of the queries."""
     found = np.zeros(len(c), np.int64)
     cells, gaps = np.empty((len(c), _CAPACITY, 4), np.int64), np.empty((len(c), _CAPACITY))
-    kernels.find(way, lattice, c, r, kernels.ALL, cells, gaps, found)
+    _kernel(way)(way, lattice, c, r, kernels.ALL, cells, gaps, found)
     held = np.minimum(found, _CAPACITY)
     rows = _numbered(cells, held, np.arange(first, first + len(c)))
     many = np.flatnonzero(found > _CAPACITY)
@@ -307,7 +315,7 @@ def _collected(lattice: kernels.Lattice, way: int, c: np.ndarray, r: np.ndarray,
         some = many[at : at + span]
         most = int(found[some].max())
         cells, gaps, again = np.empty((span, most, 4), np.int64), np.empty((span, most)), np.zeros(span, np.int64)
-        kernels.find(way, lattice, c[some], r[some], kernels.ALL, cells, gaps, again)
+        _kernel(way)(way, lattice, c[some], r[some], kernels.ALL, cells, gaps, again)
         pieces.append(_numbered(cells, again, first + some))
         at += span
     rows = np.concatenate(pieces)
@@ -329,5 +337,5 @@ def _search(
         np.zeros((len(points), 1, 4), np.int64),
         np.zeros((len(points), 1)),
     )
-    kernels.find(way, packed(skeleton, what, way), points, reach, mode, cells, gaps, found)
+    _kernel(way)(way, packed(skeleton, what, way), points, reach, mode, cells, gaps, found)
     return found, cells[:, 0], gaps[:, 0]

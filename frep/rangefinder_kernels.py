@@ -577,13 +577,20 @@ def find(method, lat, centers, radii, mode, cells, gaps, found):
     # Queries side by side: cells (q, capacity, 4), gaps (q, capacity), found (q,).
     for a in prange(len(centers)):
         x, y, z, r = centers[a, 0], centers[a, 1], centers[a, 2], radii[a]
+        if method == BOXES:
+            found[a] = _boxes(lat, x, y, z, r, mode, cells[a], gaps[a])
+        else:
+            found[a] = _descent(lat, x, y, z, r, mode, cells[a], gaps[a])
+
+
+@parallel_kernel
+def find_by_rows(method, lat, centers, radii, mode, cells, gaps, found):
+    # As `find`, by the methods that are asked for by name: apart, so that nobody else compiles them.
+    for a in prange(len(centers)):
+        x, y, z, r = centers[a, 0], centers[a, 1], centers[a, 2], radii[a]
         if method == NAIVE:
             found[a] = _naive(lat, x, y, z, r, mode, cells[a], gaps[a])
         elif method == ROWS:
             found[a] = _rows(lat, x, y, z, r, mode, cells[a], gaps[a])
-        elif method == SHEETS:
-            found[a] = _sheets(lat, x, y, z, r, mode, cells[a], gaps[a])
-        elif method == DESCENT:
-            found[a] = _descent(lat, x, y, z, r, mode, cells[a], gaps[a])
         else:
-            found[a] = _boxes(lat, x, y, z, r, mode, cells[a], gaps[a])
+            found[a] = _sheets(lat, x, y, z, r, mode, cells[a], gaps[a])

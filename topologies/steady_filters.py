@@ -149,13 +149,18 @@ class _InLattice(NodeFilter):
         kept = np.zeros((0, 0, 0, 0), np.uint8)
         if self.keep is not None:
             kept = self.keep.mask(skeleton, skeleton.start, skeleton.counts).astype(np.uint8)
-        return head, packer.joined("f", np.float64), packer.joined("i", np.int32), skeleton.edges, kept, skeleton.start
+        return (
+            head,
+            packer.joined("f", np.float64),
+            packer.joined("i", np.int32),
+            *(np.array(a) for a in (skeleton.edges, kept, skeleton.start)),
+        )
 
     def mask(self, skeleton: SteadySkeleton, first: np.ndarray, span: np.ndarray) -> np.ndarray:
         from frep.filter_kernels import nodes_touching
 
         out = np.empty((*span.tolist(), len(skeleton.nodes)), np.bool_)
-        nodes_touching(*skeleton.packed, np.array(skeleton.nodes), np.array(skeleton.radii), first, out, *self._packed)
+        nodes_touching(skeleton.packed, np.array(skeleton.nodes), np.array(skeleton.radii), first, out, self._packed)
         return out
 
 
