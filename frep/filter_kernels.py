@@ -98,14 +98,17 @@ def _mark_block(fine, box, nodes, radii, first, out, coarse):
     p, q = fine_head[H_SOURCE_DATA], fine_head[H_INDEX]
     stack, near = np.empty((steady.STACK, 6), np.int64), np.empty(6, np.int64)
     swept, dual, ends, found = np.empty(steady.SWEPT), np.empty(3), np.empty(11), np.empty((_LIST, 8))
-    steady.sweep(fine_fdata, fine_idata, q, p, box, swept)
+    swept_box = box.copy()
+    for axis in range(3):
+        # Of the nodes alone, not of the beams that start from them.
+        swept_box[3 + axis] -= fine_idata[q + steady.I_REACH + axis]
+    steady.sweep(fine_fdata, fine_idata, q, p, swept_box, swept)
     x, y, z = swept[0], swept[1], swept[2]
     reach = swept[steady.S_RADIUS] + radii.max() * _largest_scale(fine_fdata, fine_idata, q, box)
-    n = len(found) + 1
+    n = _beams_near(head, fdata, idata, pairs, kept, low, x, y, z, reach, stack, near, swept, dual, ends, found)
     while n > len(found):
+        found = np.empty((4 * len(found), 8))
         n = _beams_near(head, fdata, idata, pairs, kept, low, x, y, z, reach, stack, near, swept, dual, ends, found)
-        if n > len(found):
-            found = np.empty((4 * len(found), 8))
     for i in range(box[0], box[3] + 1):
         for j in range(box[1], box[4] + 1):
             for k in range(box[2], box[5] + 1):

@@ -90,7 +90,11 @@ def random_lattice(rng: np.random.Generator) -> SteadyLattice:
                 racks.append((start, end, *offset))
         try:
             return SteadyLattice(
-                0.4 * rng.normal(size=(n, 3)), rng.uniform(0.01, 0.05, n), racks, *(direction(1.0) for _ in "uvw"), counts
+                0.4 * rng.normal(size=(n, 3)),
+                rng.uniform(0.01, 0.05, n),
+                racks,
+                *(direction(1.0) for _ in "uvw"),
+                counts,
             )
         except ValueError:  # a ball inside its neighbour, or no rack at all
             continue

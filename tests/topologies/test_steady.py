@@ -10,6 +10,7 @@ import pytest
 
 import frep
 from frep import ArgumentError, ArgumentTypeError
+from frep.rangefinder import meets
 from tests.steady_cases import CUBIC, KINDS, X, Y, Z, all_beams, clusters, figure_6_3, lattice
 from topologies.steady import (
     FilteredLattice,
@@ -46,7 +47,10 @@ def rows(blocks) -> set[tuple[int, ...]]:
         ({"radii": [0.1, 0.2]}, "radii: expected one number or one for each of 1 nodes"),
         ({"racks": [(0, 1, 1, 0, 0)]}, r"racks: node numbers must lie in 0..0"),
         ({"racks": [(0, 0, 0, 0, 0)]}, "racks: rack 0 joins node 0 to itself"),
-        ({"racks": [(0, 0, 1, 0, 0), (0, 0, 0, -5, 0)]}, r"rack 1 with offset \(0, -5, 0\) leaves a brick of \(4, 5, 6\)"),
+        (
+            {"racks": [(0, 0, 1, 0, 0), (0, 0, 0, -5, 0)]},
+            r"rack 1 with offset \(0, -5, 0\) leaves a brick of \(4, 5, 6\)",
+        ),
         ({"racks": [(0, 0)]}, "racks: expected whole numbers of shape"),
         ({"counts": (4, 0, 6)}, "counts: expected at least 1"),
         ({"counts": (4, -1, 6)}, "counts: expected at least 1"),
@@ -62,7 +66,14 @@ def test_bad_values_are_named(change, message):
 
 @pytest.mark.parametrize(
     "change",
-    [{"u": (1, 0, 0)}, {"v": None}, {"counts": (4.5, 5, 6)}, {"racks": [(0, 0, 0.5, 0, 0)]}, {"nodes": "abc"}, {"radii": "x"}],
+    [
+        {"u": (1, 0, 0)},
+        {"v": None},
+        {"counts": (4.5, 5, 6)},
+        {"racks": [(0, 0, 0.5, 0, 0)]},
+        {"nodes": "abc"},
+        {"radii": "x"},
+    ],
 )
 def test_bad_types_are_named(change):
     good = {"nodes": [(0, 0, 0)], "radii": 0.1, "racks": CUBIC, "u": X, "v": Y, "w": Z, "counts": (4, 5, 6)}
@@ -179,10 +190,12 @@ def test_stencils_are_direct_enumeration(kind):
     case = KINDS[kind]()
     for shape in ((2, 3, 2), (3, 1, 4), (2, 2, 2, len(case.nodes))):
         pattern = RNG.random(shape) < 0.6
-        expected = kept_by(
-            case, lambda c, n, p=pattern: (q := p[tuple(i % s for i, s in zip(c, p.shape, strict=False))]) if p.ndim == 3
-            else p[(*(i % s for i, s in zip(c, p.shape[:3], strict=True)), n)]
-        )  # fmt: skip
+
+        def keep(cluster, node, pattern=pattern):
+            index = tuple(i % s for i, s in zip(cluster, pattern.shape[:3], strict=True))
+            return pattern[index] if pattern.ndim == 3 else pattern[(*index, node)]
+
+        expected = kept_by(case, keep)
         assert rows(case.filtered(stencil(pattern)).blocks()) == expected
         assert rows(case.filtered(stencil(pattern)).blocks(block=5)) == expected
 
@@ -194,7 +207,9 @@ def cone_distance(point: np.ndarray, a: np.ndarray, b: np.ndarray, ra: float, rb
 
 
 def test_lattice_in_lattice_is_the_brute_node_test():
-    fine = lattice(Translation((0.5, 0, 0)), Screw(0.1, "z", (-4, 0, 0)), Translation((0, 0, 0.5)), (9, 12, 7), radii=0.05)
+    fine = lattice(
+        Translation((0.5, 0, 0)), Screw(0.1, "z", (-4, 0, 0)), Translation((0, 0, 0.5)), (9, 12, 7), radii=0.05
+    )
     coarse = lattice(
         Translation((2, 0, 0)), Screw(0.4, "z", (-4, 0, 0)), Swirl(0.8, (-4, 0, 6), 0.1), (3, 4, 2), radii=0.35
     )
@@ -210,6 +225,23 @@ def test_lattice_in_lattice_is_the_brute_node_test():
     filtered = fine.filtered(lattice_in_lattice(coarse))
     assert rows(filtered.blocks()) == expected
     assert filtered.count() == len(expected)
+
+
+@pytest.mark.parametrize("step", [0.45, 1.7, 6.0])
+@pytest.mark.parametrize("kind", ["regular", "two nodes", "swirls", "negative turns", "figure 6.3", "region"])
+def test_nodes_are_kept_that_meet_the_coarse_lattice_by_another_search(kind, step):
+    """Blocks of nodes share a query; RangeFinder asks for each node alone. From coarse lattices far finer than a block, many of
+    whose beams meet it, to one that is larger than the whole."""
+    case = KINDS[kind]()
+    low, high = case.bounds
+    n = np.minimum(np.ceil((high - low) / step).astype(int) + 1, 30)
+    coarse = lattice(*(Translation(step * e) for e in np.eye(3)), n, nodes=[low + 0.1], radii=0.2 * step)
+    skeleton = case.skeleton
+    mask = lattice_in_lattice(coarse).mask(skeleton, skeleton.start, skeleton.counts)
+    centers, radii = skeleton.balls(*clusters(skeleton).T)
+    expected = meets(coarse.skeleton, centers.reshape(-1, 3), radii.ravel()).reshape(mask.shape)
+    assert np.array_equal(mask, expected)
+    assert mask.any()
 
 
 def test_a_coarse_lattice_that_covers_everything_removes_nothing_and_a_distant_one_all():
@@ -255,7 +287,9 @@ def test_filters_combine():
 
 def test_lattice_in_a_filtered_lattice_meets_only_its_beams():
     """Beams of beams of beams: what a filter has taken from the coarse lattice takes no part."""
-    fine = lattice(Translation((0.25, 0, 0)), Translation((0, 0.25, 0)), Translation((0, 0, 0.25)), (17, 17, 9), radii=0.02)
+    fine = lattice(
+        Translation((0.25, 0, 0)), Translation((0, 0.25, 0)), Translation((0, 0, 0.25)), (17, 17, 9), radii=0.02
+    )
     coarse = lattice(Translation((2, 0, 0)), Translation((0, 2, 0)), Translation((0, 0, 2)), (3, 3, 2), radii=0.3)
     plane = coarse.filtered(stencil(np.indices((1, 1, 2))[2] == 0))  # the layer k = 0 alone
     kept = rows(fine.filtered(lattice_in_lattice(plane)).blocks())
