@@ -250,6 +250,22 @@ class Solid:
         inside = self.field(pts) < 0.0
         return inside[0] if single else inside
 
+    def first_hit(self, origins, directions, max_distance: float = math.inf, *, slope: float = 1.0) -> np.ndarray:
+        """Distance along each of n rays to where it first meets the solid: (n,) mm, inf for a miss.
+
+        Args:
+            origins, directions: (n, 3), or one (3,) for all rays; directions of any length but 0.
+            max_distance: how far to look, mm along the ray.
+            slope: how fast the field changes at most, mm a mm; 1 for distances (see `frep/rays.py`).
+
+        Raises:
+            ArgumentError: shapes, numbers that are not finite, a direction of length 0.
+            UnboundedError: an infinite solid and no `max_distance`.
+        """
+        from .rays import first_hit
+
+        return first_hit(self, origins, directions, max_distance, slope=slope)
+
     def sample(self, voxel: float | None = None, *, tolerance: float | None = None) -> SparseGrid:
         """Samples of the field in a narrow band round the surface, exact within two voxels of it.
 

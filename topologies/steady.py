@@ -277,8 +277,22 @@ class SteadyLattice:
         return find_nodes(self.skeleton, np.atleast_2d(_point(center)), np.atleast_1d(radius))[:, 1:]
 
     def contains(self, points) -> np.ndarray:
-        """Which of (n, 3) points lie inside: (n,) bool; for one point a bool. The surface counts as outside."""
-        return self.solid().contains(points)
+        """Which of (n, 3) points lie in a beam or ball: (n,) bool; for one point a bool. The surface counts as inside."""
+        from frep.rangefinder import contains
+
+        return contains(self.skeleton, points)
+
+    def nearest(self, points) -> tuple[np.ndarray, np.ndarray]:
+        """The beam nearest to each of (n, 3) points: rows (n, 4) (i, j, k, rack), and signed distances (n,) in mm.
+
+        Rays: `solid().first_hit(origins, directions)`. Many balls at once, and by which method: `frep.rangefinder`.
+
+        Raises:
+            ArgumentError: points of another shape or not finite; a lattice without beams.
+        """
+        from frep.rangefinder import nearest
+
+        return nearest(self.skeleton, points)
 
     # --- integral properties -----------------------------------------------------------------------------------------
 
