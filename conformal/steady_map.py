@@ -1,9 +1,9 @@
 """Steady maps: a point carried by real powers of two or three similarities, and lattices rectified along them.
 
-`M(u, v) = V^v U^u P` is a surface, `M(u, v, w) = W^w V^v U^u P` fills space; U acts first, and the similarities need not
-commute. Their iso-curves along the last parameter are similar to each other; all are helices or conchospirals. A regular
-lattice is not warped by such a map (its balls would be balls no more): the balls of one cell are *rectified*, replaced by
-true balls, and carried on by the similarities themselves, which keep balls round.
+`M(u, v) = V^v U^u P` is a surface, `M(u, v, w) = W^w V^v U^u P` fills space; U acts first, and the similarities need
+not commute. Their iso-curves along the last parameter are similar to each other; all are helices or conchospirals. A
+regular lattice is not warped by such a map (its balls would be balls no more): the balls of one cell are *rectified*,
+replaced by true balls, and carried on by the similarities themselves, which keep balls round.
 
 Promised: the control points and frames are met to rounding. Not promised: a map without folds, or a rectified ball that
 suits every design; a strongly warped ball has no best one, and the answer is there to be edited.
@@ -34,21 +34,18 @@ _TETRAHEDRON = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], 
 class SteadyMap:
     """`M(u, v, w) = W^w V^v U^u P`, of two similarities (a surface) or three (a volume).
 
-    Parameters
-    ----------
-    u, v, w : what one unit of each parameter does; without `w` the map is a surface.
-    origin : (3,) mm, P = M(0, 0).
+    Args:
+        u, v, w: what one unit of each parameter does; without `w` the map is a surface.
+        origin: (3,) mm, P = M(0, 0).
 
-    Raises
-    ------
-    ArgumentTypeError, ArgumentError : not similarities; an origin that is not three finite numbers.
+    Raises:
+        ArgumentTypeError, ArgumentError: not similarities; an origin that is not three finite numbers.
 
-    Examples
-    --------
-    >>> from frep.similarity import Screw, Translation
-    >>> vault = SteadyMap(Translation((0, 0, 5)), Screw(math.pi), origin=(10, 0, 0))
-    >>> vault.apply([(0, 0), (1, 0.5)]).round(9).tolist()
-    [[10.0, 0.0, 0.0], [0.0, 10.0, 5.0]]
+    Example:
+        >>> from frep.similarity import Screw, Translation
+        >>> vault = SteadyMap(Translation((0, 0, 5)), Screw(math.pi), origin=(10, 0, 0))
+        >>> vault.apply([(0, 0), (1, 0.5)]).round(9).tolist()
+        [[10.0, 0.0, 0.0], [0.0, 10.0, 5.0]]
     """
 
     u: Similarity
@@ -72,9 +69,8 @@ class SteadyMap:
         Points are (x, y), mm. The side from a through e to b may bend by up to a full turn. `w` makes the surface a
         volume, for instance `Translation((0, 0, height))`.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : not five finite points of the plane; a = e, e = b, a = b or c = d.
+        Raises:
+            ArgumentError, ArgumentTypeError: not five finite points of the plane; a = e, e = b, a = b or c = d.
 
         Source: Constructive Lattice Geometry, 2.6.5; corners as there, which COTS maps name otherwise.
         """
@@ -90,13 +86,13 @@ class SteadyMap:
 
     @classmethod
     def from_frames(cls, a: Any, b: Any, c: Any, d: Any = None) -> SteadyMap:
-        """The map that starts at the origin of frame `a`, U taking `a` to `b`, V `a` to `c` and W, if given, `a` to `d`.
+        """The map that starts at the origin of frame `a`, U taking `a` to `b`, V `a` to `c` and W, if given, `a` to
+        `d`.
 
         So M(1,0) and M(0,1) are the origins of `b` and `c`. Frames are those of `Similarity.from_frames`.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : the frame named is not one.
+        Raises:
+            ArgumentError, ArgumentTypeError: the frame named is not one.
 
         Source: Constructive Lattice Geometry, 2.6.6.
         """
@@ -119,9 +115,8 @@ class SteadyMap:
     def at(self, u: float = 0.0, v: float = 0.0, w: float = 0.0) -> Similarity:
         """The similarity `W^w V^v U^u`, which carries whatever stands at the origin of the map.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : parameters that are not finite numbers; `w` of a surface.
+        Raises:
+            ArgumentError, ArgumentTypeError: parameters that are not finite numbers; `w` of a surface.
         """
         carried = self.v.power(real(v, "v", "1")) @ self.u.power(real(u, "u", "1"))
         if self.w is not None:
@@ -133,9 +128,9 @@ class SteadyMap:
     def apply(self, parameters: Any) -> np.ndarray:
         """The points M(u, v) or M(u, v, w), mm, of `parameters` (n, 2) or (n, 3), as (n, 3); of one point as (3,).
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : parameters of another shape than the map's `dimension` asks for, or not finite.
+        Raises:
+            ArgumentError, ArgumentTypeError: parameters of another shape than the map's `dimension` asks for, or not
+                finite.
         """
         given = _finite(parameters, "parameters")
         if given.ndim not in (1, 2) or given.shape[-1] != self.dimension:
@@ -156,9 +151,8 @@ class SteadyMap:
     ) -> np.ndarray:
         """(count, 3) mm: the polyline on which `along` runs from 0 to 1 and the other parameters keep the values given.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : `along` is no parameter of the map; a count below 2; values not finite.
+        Raises:
+            ArgumentError, ArgumentTypeError: `along` is no parameter of the map; a count below 2; values not finite.
         """
         names = ("u", "v", "w")[: self.dimension]
         if along not in names:
@@ -174,9 +168,8 @@ class SteadyMap:
     def steps(self, counts: Any) -> tuple[Similarity, ...]:
         """`U^(1/nu), V^(1/nv)[, W^(1/nw)]`: what carries one cell of `counts` to the next.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : not one whole number of 1 or more for each parameter.
+        Raises:
+            ArgumentError, ArgumentTypeError: not one whole number of 1 or more for each parameter.
         """
         steps = [step for step in (self.u, self.v, self.w) if step is not None]
         return tuple(step.power(1.0 / n) for step, n in zip(steps, self._counts(counts), strict=True))
@@ -198,33 +191,30 @@ def rectify(
 ) -> tuple[np.ndarray, float]:
     """The ball for the image of a ball under a map: the sphere through the images of four equally spaced points of it.
 
-    A `center` (2,) is that of a disk, for maps of two parameters; the answer is then the ball with the circle that fits the
-    images best as its equator.
+    A `center` (2,) is that of a disk, for maps of two parameters; the answer is then the ball with the circle that
+    fits the images best as its equator.
 
-    Parameters
-    ----------
-    warp : a SteadyMap, or a function of an (n, 3) (or (n, 2)) array that returns (n, 3) points, mm.
-    center, radius : the ball (3,) or disk (2,), in the parameters of the map.
-    samples : more than 4 spreads that many points evenly and fits the sphere by least squares.
+    Args:
+        warp: a SteadyMap, or a function of an (n, 3) (or (n, 2)) array that returns (n, 3) points, mm.
+        center, radius: the ball (3,) or disk (2,), in the parameters of the map.
+        samples: more than 4 spreads that many points evenly and fits the sphere by least squares.
 
-    Returns
-    -------
-    center, radius : (3,) and a number, mm.
+    Returns:
+        center, radius: (3,) and a number, mm.
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : a radius not above 0, a center of another length, fewer than 4 samples; images that
-        lie in a plane (of a disk: on a line), or within 1 % of their width of one, through which only huge spheres pass.
-    FunctionError : `warp` returns another shape, or values that are not finite.
+    Raises:
+        ArgumentError, ArgumentTypeError: a radius not above 0, a center of another length, fewer than 4 samples;
+            images that lie in a plane (of a disk: on a line), or within 1 % of their width of one, through which only
+            huge spheres pass.
+        FunctionError: `warp` returns another shape, or values that are not finite.
 
     Source: Constructive Lattice Geometry, 3.4.
 
-    Examples
-    --------
-    >>> from frep.similarity import Swirl
-    >>> center, radius = rectify(Swirl(2.0).apply, (1, 2, 3), 0.25)
-    >>> center.round(9).tolist(), round(radius, 9)
-    ([2.0, 4.0, 6.0], 0.5)
+    Example:
+        >>> from frep.similarity import Swirl
+        >>> center, radius = rectify(Swirl(2.0).apply, (1, 2, 3), 0.25)
+        >>> center.round(9).tolist(), round(radius, 9)
+        ([2.0, 4.0, 6.0], 0.5)
     """
     at, radius = _finite(center, "center"), positive(radius, "radius", "")
     if at.shape not in ((2,), (3,)):
@@ -252,28 +242,25 @@ class SteadyTemplate:
 def steady_template(warp: SteadyMap, nodes: Any, radii: Any, counts: Any, *, samples: int = 4) -> SteadyTemplate:
     """A regular lattice along a steady map: the balls of its unit cell rectified, and the steps between clusters.
 
-    Parameters
-    ----------
-    nodes : (n, 3) in the unit cell of a volume; (n, 2) of a surface, whose lattice has counts (nu, nv, 1) then.
-    radii : (n,), or one number for all, in units of the cell.
-    counts : cells along each parameter; the map's 0 to 1 holds all of them.
-    samples : as for `rectify`.
+    Args:
+        nodes: (n, 3) in the unit cell of a volume; (n, 2) of a surface, whose lattice has counts (nu, nv, 1) then.
+        radii: (n,), or one number for all, in units of the cell.
+        counts: cells along each parameter; the map's 0 to 1 holds all of them.
+        samples: as for `rectify`.
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : wrong shapes or counts, radii not above 0; a node whose image is flat.
+    Raises:
+        ArgumentError, ArgumentTypeError: wrong shapes or counts, radii not above 0; a node whose image is flat.
 
     Source: Constructive Lattice Geometry, 3.1 to 3.4: `N[i,j] = V^j U^i N[0,0]`.
 
-    Examples
-    --------
-    >>> from frep.similarity import Translation
-    >>> box = SteadyMap(Translation((40, 0, 0)), Translation((0, 20, 0)), Translation((0, 0, 10)))
-    >>> cell = steady_template(box, [(0.2, 0.2, 0.2), (0.5, 0.5, 0.5)], 0.1, (8, 4, 2))
-    >>> cell.nodes.round(9).tolist(), cell.radii.round(9).tolist()
-    ([[1.0, 1.0, 1.0], [2.5, 2.5, 2.5]], [0.5, 0.5])
-    >>> cell.u.translation.tolist()
-    [5.0, 0.0, 0.0]
+    Example:
+        >>> from frep.similarity import Translation
+        >>> box = SteadyMap(Translation((40, 0, 0)), Translation((0, 20, 0)), Translation((0, 0, 10)))
+        >>> cell = steady_template(box, [(0.2, 0.2, 0.2), (0.5, 0.5, 0.5)], 0.1, (8, 4, 2))
+        >>> cell.nodes.round(9).tolist(), cell.radii.round(9).tolist()
+        ([[1.0, 1.0, 1.0], [2.5, 2.5, 2.5]], [0.5, 0.5])
+        >>> cell.u.translation.tolist()
+        [5.0, 0.0, 0.0]
     """
     if not isinstance(warp, SteadyMap):
         raise ArgumentTypeError(f"warp: expected a SteadyMap, got {warp!r}")

@@ -5,12 +5,13 @@ generator is `x' = A x + v` with `A = log_scale I + angle [axis]x`, and the powe
 
     S^t x = exp(tA) x + t phi(tA) v,        phi(z) = (exp(z) - 1) / z.
 
-Along the axis `A` is the number `log_scale`, across it the complex number `log_scale + i angle`, so both functions are a few
-scalars. Nothing degenerates where a swirl becomes a screw (scale 1) or a screw a translation (angle 0), where the fixed point
-and the axis run off to infinity; a quotient by `scale - 1` is never formed. The angle may exceed a turn, and powers keep it.
+Along the axis `A` is the number `log_scale`, across it the complex number `log_scale + i angle`, so both functions are
+a few scalars. Nothing degenerates where a swirl becomes a screw (scale 1) or a screw a translation (angle 0), where
+the fixed point and the axis run off to infinity; a quotient by `scale - 1` is never formed. The angle may exceed a
+turn, and powers keep it.
 
-Promised: `S^a S^b = S^(a+b)` to rounding, for every kind and scale. Not promised: that a product of two similarities keeps
-their turns; its angle is the one in [0, pi].
+Promised: `S^a S^b = S^(a+b)` to rounding, for every kind and scale. Not promised: that a product of two similarities
+keeps their turns; its angle is the one in [0, pi].
 
 Source: Constructive Lattice Geometry, chapter 2.4 to 2.6 (repaired where its solvers fail: pure rotations, axes across
 X + Y + Z, scales near 1).
@@ -46,25 +47,22 @@ class Similarity:
     Make one with `Screw`, `Swirl`, `Translation`, `planar`, `Similarity.identity`, `.from_matrix`, `.from_frames` or
     `.interpolating`. `f @ g` applies `g` first. Equal means: the same numbers, bit for bit.
 
-    Parameters
-    ----------
-    log_scale : the natural logarithm of the scale, of one application.
-    angle : rad, of one application; may exceed a turn.
-    axis : (3,) unit vector. Where nothing turns it is the direction of travel, or z.
-    velocity : (3,) mm, how fast the origin sets off: the generator is `x' = A x + velocity`.
+    Args:
+        log_scale: the natural logarithm of the scale, of one application.
+        angle: rad, of one application; may exceed a turn.
+        axis: (3,) unit vector. Where nothing turns it is the direction of travel, or z.
+        velocity: (3,) mm, how fast the origin sets off: the generator is `x' = A x + velocity`.
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : a number that is not finite, an axis that is not of length 1.
+    Raises:
+        ArgumentError, ArgumentTypeError: a number that is not finite, an axis that is not of length 1.
 
-    Examples
-    --------
-    >>> stair = Screw(math.pi / 6, axis="z", pitch=2.0)  # 30 degrees and 2 mm a step
-    >>> stair.power(3).apply((10, 0, 0)).round(9).tolist()
-    [0.0, 10.0, 6.0]
-    >>> half = stair.power(0.5)
-    >>> bool(np.allclose((half @ half).matrix, stair.matrix))
-    True
+    Example:
+        >>> stair = Screw(math.pi / 6, axis="z", pitch=2.0)  # 30 degrees and 2 mm a step
+        >>> stair.power(3).apply((10, 0, 0)).round(9).tolist()
+        [0.0, 10.0, 6.0]
+        >>> half = stair.power(0.5)
+        >>> bool(np.allclose((half @ half).matrix, stair.matrix))
+        True
     """
 
     log_scale: float
@@ -98,10 +96,9 @@ class Similarity:
     def from_matrix(cls, m: Any) -> Similarity:
         """The similarity of a (4, 4) or (3, 4) matrix `[s R | t]`, its angle in [0, pi].
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : not a matrix of that shape, not finite, a scale of 0, a mirror image, columns
-            that are not orthogonal and of one length to 1e-6.
+        Raises:
+            ArgumentError, ArgumentTypeError: not a matrix of that shape, not finite, a scale of 0, a mirror image,
+                columns that are not orthogonal and of one length to 1e-6.
         """
         matrix = _numbers(m, "m")
         if matrix.shape not in ((4, 4), (3, 4)):
@@ -110,15 +107,15 @@ class Similarity:
 
     @classmethod
     def from_frames(cls, a: Any, b: Any) -> Similarity:
-        """The similarity that takes frame `a` to frame `b`, its angle in [0, pi] (the extrapolating design of a pattern).
+        """The similarity that takes frame `a` to frame `b`, its angle in [0, pi] (the extrapolating design of a
+        pattern).
 
-        A frame is `(origin, x, y)`, the axes x and y at right angles and of one length, which is the frame's scale; or a
-        (4, 4) or (3, 4) matrix whose columns are the axes x, y, z and the origin.
+        A frame is `(origin, x, y)`, the axes x and y at right angles and of one length, which is the frame's scale; or
+        a (4, 4) or (3, 4) matrix whose columns are the axes x, y, z and the origin.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : the frame named is not finite, has a scale of 0, is left-handed, or its axes are
-            not orthogonal and of one length to 1e-6.
+        Raises:
+            ArgumentError, ArgumentTypeError: the frame named is not finite, has a scale of 0, is left-handed, or its
+                axes are not orthogonal and of one length to 1e-6.
 
         Source: spec 2.6; the formula of the thesis (2.10) needs normalised axes and fails across X + Y + Z.
         """
@@ -128,9 +125,8 @@ class Similarity:
     def interpolating(cls, first: Any, last: Any, count: int) -> Similarity:
         """The step of a row of `count` frames (2 or more), evenly spread from frame `first` to frame `last`.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : as `from_frames`; a count that is not a whole number of 2 or more.
+        Raises:
+            ArgumentError, ArgumentTypeError: as `from_frames`; a count that is not a whole number of 2 or more.
 
         Source: Constructive Lattice Geometry, 2.6.1.
         """
@@ -225,9 +221,9 @@ class Similarity:
     def powers(self, ts: Any) -> np.ndarray:
         """The matrices of S^t for all `ts` (n,), as (n, 4, 4).
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : exponents that are not a row of finite numbers, or so large that the scale overflows.
+        Raises:
+            ArgumentError, ArgumentTypeError: exponents that are not a row of finite numbers, or so large that the
+                scale overflows.
         """
         t = _numbers(ts, "ts")
         if t.ndim != 1:
@@ -266,12 +262,12 @@ class Similarity:
     def commutes_with(self, other: Similarity, *, size: float = 1.0, tolerance: float = 1e-9) -> bool:
         """Whether all real powers of the two commute, up to `tolerance`, on a part of `size` mm about the origin.
 
-        The bracket of the generators is held against their own magnitudes, so that the answer is the same for any powers
-        of the two. Two screws about axes that cross do not commute, though whole turns of them would.
+        The bracket of the generators is held against their own magnitudes, so that the answer is the same for any
+        powers of the two. Two screws about axes that cross do not commute, though whole turns of them would.
 
-        Raises
-        ------
-        ArgumentError, ArgumentTypeError : `size` or `tolerance` is not a positive number; `other` is not a Similarity.
+        Raises:
+            ArgumentError, ArgumentTypeError: `size` or `tolerance` is not a positive number; `other` is not a
+                Similarity.
         """
         if not isinstance(other, Similarity):
             raise ArgumentTypeError(f"other: expected a Similarity, got {other!r}")
@@ -310,15 +306,13 @@ def Screw(
 
     `axis` is "x", "y", "z" or three numbers of any length. A pitch of 0 is a rotation, an angle of 0 a translation.
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : numbers that are not finite, an axis of length 0.
+    Raises:
+        ArgumentError, ArgumentTypeError: numbers that are not finite, an axis of length 0.
 
-    Examples
-    --------
-    >>> quarter = Screw(math.pi / 2, point=(1, 0, 0), pitch=3.0)
-    >>> quarter.apply((2, 0, 0)).round(9).tolist()
-    [1.0, 1.0, 3.0]
+    Example:
+        >>> quarter = Screw(math.pi / 2, point=(1, 0, 0), pitch=3.0)
+        >>> quarter.apply((2, 0, 0)).round(9).tolist()
+        [1.0, 1.0, 3.0]
     """
     angle, pitch = real(angle, "angle", "rad"), real(pitch, "pitch", "mm")
     along, through = direction(axis, "axis"), vector(point, "point")
@@ -332,14 +326,12 @@ def Swirl(
 ) -> Similarity:
     """A dilation by `scale` about `center`, and a turn by `angle` rad about the line through it along `axis`.
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : a scale that is not above 0, numbers that are not finite, an axis of length 0.
+    Raises:
+        ArgumentError, ArgumentTypeError: a scale that is not above 0, numbers that are not finite, an axis of length 0.
 
-    Examples
-    --------
-    >>> Swirl(2.0, center=(1, 0, 0)).apply((2, 0, 0)).tolist()
-    [3.0, 0.0, 0.0]
+    Example:
+        >>> Swirl(2.0, center=(1, 0, 0)).apply((2, 0, 0)).tolist()
+        [3.0, 0.0, 0.0]
     """
     scale = real(scale, "scale", "1")
     if not scale > 0.0:
@@ -356,14 +348,12 @@ def Swirl(
 def Translation(shift: Sequence[float]) -> Similarity:
     """A shift by three numbers (x, y, z), mm.
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : not three finite numbers.
+    Raises:
+        ArgumentError, ArgumentTypeError: not three finite numbers.
 
-    Examples
-    --------
-    >>> Translation((0, 0, 5)).power(0.5).apply((1, 2, 3)).tolist()
-    [1.0, 2.0, 5.5]
+    Example:
+        >>> Translation((0, 0, 5)).power(0.5).apply((1, 2, 3)).tolist()
+        [1.0, 2.0, 5.5]
     """
     v = vector(shift, "shift")
     return _named(Similarity(0.0, 0.0, _heading(v), v), f"Translation({_written(v)})")
@@ -374,17 +364,15 @@ def planar(pair_a: Any, pair_b: Any) -> Similarity:
 
     A pair is two points (x, y), mm. The axis is z and the angle in (-pi, pi].
 
-    Raises
-    ------
-    ArgumentError, ArgumentTypeError : not two finite points of the plane each, or the two points of a pair coincide.
+    Raises:
+        ArgumentError, ArgumentTypeError: not two finite points of the plane each, or the two points of a pair coincide.
 
     Source: spec 2.5, the complex form of Constructive Lattice Geometry (2.5).
 
-    Examples
-    --------
-    >>> turn = planar([(0, 0), (1, 0)], [(1, 0), (1, 2)])
-    >>> turn.scale, turn.angle == math.pi / 2
-    (2.0, True)
+    Example:
+        >>> turn = planar([(0, 0), (1, 0)], [(1, 0), (1, 2)])
+        >>> turn.scale, turn.angle == math.pi / 2
+        (2.0, True)
     """
     a, b = _pair(pair_a, "pair_a")
     c, d = _pair(pair_b, "pair_b")
