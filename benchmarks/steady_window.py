@@ -74,9 +74,9 @@ def main() -> None:
 
         box = frep.box(*window(lattice))
         contestants = {
-            "whole": lambda s=lattice: (s.solid() & box).mesh(VOXEL),
-            "cut": lambda s=part: (s.solid() & box).mesh(VOXEL),
-            "graph": lambda n=nodes, r=radii, e=edges: (beams.graph(n, e).thicken(2 * r) & box).mesh(VOXEL),
+            "whole": lambda s=lattice, box=box: (s.solid() & box).mesh(VOXEL),
+            "cut": lambda s=part, box=box: (s.solid() & box).mesh(VOXEL),
+            "graph": lambda n=nodes, r=radii, e=edges, box=box: (beams.graph(n, e).thicken(2 * r) & box).mesh(VOXEL),
         }
         times = alternate(contestants, chosen.runs, lambda mesh: mesh.n_faces)
         seconds = [times[c].median for c in contestants]

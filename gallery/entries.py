@@ -64,7 +64,7 @@ ENTRIES = (
     Entry("octet", "lattices/octet", compared={"wide": "2", "long": "10", "voxel": "0.4"}),
     Entry("honeycomb", "lattices/honeycomb"),
     Entry("figure_6_3", "lattices/figure_6_3"),
-    Entry("lattice_in_lattice", "lattices/lattice_in_lattice", compared={"cells": "12", "voxel": "0.12"}),
+    Entry("lattice_in_lattice", "lattice_in_lattice", compared={"cells": "12", "voxel": "0.12"}),
     Entry("billion", "lattices/billion", compared={"window": "3"}),
 )
 
