@@ -11,7 +11,9 @@ README = Path(__file__).parents[1] / "README.md"
 BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
 
 
-@pytest.mark.parametrize("block", [b for b in BLOCKS if b.lstrip().startswith("from ")], ids=lambda b: b.split("\n")[0][:40])
+@pytest.mark.parametrize(
+    "block", [b for b in BLOCKS if b.lstrip().startswith("from ")], ids=lambda b: b.split("\n")[0][:40]
+)
 def test_scripts_of_the_readme_run(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"frep": __import__("frep")}
