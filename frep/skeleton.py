@@ -1,9 +1,9 @@
 """Skeletons: beams of zero thickness, periodic or explicit, and what gives them thickness.
 
-A skeleton answers one question, the ball-interference query (BIQ): *which beams meet the ball (c, r)?* The sampler asks it to
-bound a box and to make the short list of beams that a leaf block evaluates. `PeriodicSkeleton` folds the ball into its
-cell; `GraphSkeleton` looks it up in a uniform grid of segment lists; `SteadySkeleton` (`frep/steady.py`) descends its index
-brick. All evaluate through `frep/beam_kernels.py`.
+A skeleton answers one question, the ball-interference query (BIQ): *which beams meet the ball (c, r)?* The sampler
+asks it to bound a box and to make the short list of beams that a leaf block evaluates. `PeriodicSkeleton` folds the
+ball into its cell; `GraphSkeleton` looks it up in a uniform grid of segment lists; `SteadySkeleton` (`frep/steady.py`)
+descends its index brick. All evaluate through `frep/beam_kernels.py`.
 """
 
 from __future__ import annotations
@@ -83,6 +83,11 @@ class Skeleton:
         """What the head of a leaf says of the source. Only beams that come near the box (2, 3) will be asked for."""
         raise NotImplementedError
 
+    def near(self, rows: np.ndarray, box: np.ndarray) -> np.ndarray | None:
+        """The beams near a box written out, (n, SEGMENT), where these are few enough to be the quicker source;
+        otherwise None."""
+        return None
+
     @property
     def lone_nodes(self) -> np.ndarray:
         """Nodes that have no beam, and are balls of their own radius."""
@@ -138,17 +143,22 @@ class GraphSkeleton(Skeleton):
         return digest(b"graph", self.nodes, self.edges)
 
     def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
-        lo = np.minimum(rows[:, 0:3], rows[:, 3:6])
-        hi = np.maximum(rows[:, 0:3], rows[:, 3:6])
-        origin, extent = lo.min(axis=0), hi.max(axis=0) - lo.min(axis=0)
-        # About two segments a cell, and no cell much finer than a segment is long.
-        volume = float(np.prod(np.maximum(extent, 1e-3 * max(extent.max(), 1e-9))))
-        spacing = max((2.0 * volume / len(rows)) ** (1 / 3), 0.5 * float(np.mean((hi - lo).max(axis=1))), 1e-9)
-        shape = np.maximum(np.ceil(extent / spacing).astype(np.int64), 1)
-        starts, entries = _segment_lists(lo, hi, origin, spacing, shape)
-        data = packer.floats([*origin, spacing, rows[:, 6:8].max(initial=0.0)])
-        index = packer.ints(np.concatenate([starts, entries]))
-        return [data, index, *(int(n) for n in shape)]
+        return indexed(packer, rows)
+
+
+def indexed(packer: Packer, rows: np.ndarray) -> list[int]:
+    """The source data of explicit segments: a uniform grid of lists of them."""
+    lo = np.minimum(rows[:, 0:3], rows[:, 3:6])
+    hi = np.maximum(rows[:, 0:3], rows[:, 3:6])
+    origin, extent = lo.min(axis=0), hi.max(axis=0) - lo.min(axis=0)
+    # About two segments a cell, and no cell much finer than a segment is long.
+    volume = float(np.prod(np.maximum(extent, 1e-3 * max(extent.max(), 1e-9))))
+    spacing = max((2.0 * volume / len(rows)) ** (1 / 3), 0.5 * float(np.mean((hi - lo).max(axis=1))), 1e-9)
+    shape = np.maximum(np.ceil(extent / spacing).astype(np.int64), 1)
+    starts, entries = _segment_lists(lo, hi, origin, spacing, shape)
+    data = packer.floats([*origin, spacing, rows[:, 6:8].max(initial=0.0)])
+    index = packer.ints(np.concatenate([starts, entries]))
+    return [data, index, *(int(n) for n in shape)]
 
 
 def digest(kind: bytes, *arrays: np.ndarray) -> bytes:
@@ -226,11 +236,14 @@ class BeamLeaf:
         return balls
 
     def pack(self, packer: Packer, box: np.ndarray | None = None) -> list[int]:
-        """The head of the leaf. Where it will only be asked near a `box` (2, 3) of lattice space, its source may know less."""
-        rows = self._rows
-        source = self.skeleton.source
+        """The head of the leaf. Where it will only be asked near a `box` (2, 3) of lattice space, its source may know
+        less."""
+        rows, source = self._rows, self.skeleton.source
+        near = None if box is None else self.skeleton.near(rows, box)
+        if near is not None:
+            rows, source = near, GRAPH
         segments = packer.floats(rows)
-        data = self.skeleton._source(packer, rows, box)
+        data = indexed(packer, rows) if near is not None else self.skeleton._source(packer, rows, box)
         return [source, _SECTIONS[self.section], int(self.blended), int(self.with_nodes), segments, len(rows), *data]
 
 
@@ -264,8 +277,8 @@ def beam_field(
         node_radii: (n,) radius at each node, for cones.
         blend: radius of the fillet between beams; None for a hard union.
 
-    The value is an exact distance outside where the widths are constant and nothing blends; with a varying width its slope is
-    at most one plus that of the width (lf-rep section 2).
+    The value is an exact distance outside where the widths are constant and nothing blends; with a varying width its
+    slope is at most one plus that of the width (lf-rep section 2).
     """
     args = [constant(0.0) if a is None else a for a in (width, fillet, node_radius, blend)]
     leaf = BeamLeaf(skeleton, section, blend is not None, node_radii, with_nodes=node_radius is not None)

@@ -15,13 +15,16 @@ from typing import ClassVar
 import numpy as np
 
 from . import steady_kernels as kernels
-from .beam_kernels import STEADY
+from .beam_kernels import SEGMENT, STEADY
 from .packing import Packer
 from .similarity import Similarity
 from .skeleton import Skeleton, digest
 
 _ENUMERATED = 200_000
 """Nodes up to which bounds are found by looking at each."""
+
+_WRITTEN_OUT = 250_000
+"""Indices among which the beams near a window are looked for, to be written out for it: 8 ms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,28 +156,50 @@ class SteadySkeleton(Skeleton):
         return digest(b"steady", self.nodes, self.radii, self.racks, *numbers, self.counts, self.start)
 
     def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
+        anchors = None if box is None else self._anchors_near(rows, box)[0]
+        return self._packed(packer, rows, self._offsets(rows), anchors)
+
+    def near(self, rows: np.ndarray, box: np.ndarray) -> np.ndarray | None:
+        """The beams near a box, where there are at most some ten thousand: a grid of them is quicker than their
+        indices."""
+        anchors, _, q, fdata, idata = self._anchors_near(rows, box)
+        first, last = self._ranges(self._offsets(rows), anchors)
+        most = int(np.maximum(last - first + 1, 0).prod(axis=1).sum())
+        if most > _WRITTEN_OUT:
+            return None
+        segments = np.empty((max(most, 1), SEGMENT))
+        packed = np.concatenate([fdata, rows.ravel()])
+        n = kernels.write_out(packed, idata, q, len(fdata), len(rows), anchors.ravel(), *np.array(box), segments)
+        return segments[:n] if n else None
+
+    def _offsets(self, rows: np.ndarray) -> np.ndarray:
         # Behind the racks come balls of nodes, which are racks of no offset.
         offsets = np.zeros((len(rows), 3), np.int64)
         offsets[: len(self.racks)] = self.racks[:, 2:]
-        if box is None:
-            return self._packed(packer, rows, offsets)
+        return offsets
+
+    def _ranges(self, offsets: np.ndarray, anchors: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """First and last anchor (m, 3) of each rack, within a box (2, 3) of anchors."""
+        first = np.broadcast_to(self.start, offsets.shape)
+        last = first + self.counts - 1 - np.abs(offsets)
+        return (first, last) if anchors is None else (np.maximum(first, anchors[0]), np.minimum(last, anchors[1]))
+
+    def _anchors_near(self, rows: np.ndarray, box: np.ndarray) -> tuple[np.ndarray, int, int, np.ndarray, np.ndarray]:
+        """The box (2, 3) of anchors whose beams can come near a box, and the packed lattice that told it."""
         trial = Packer()
-        data, q, *_ = self._packed(trial, rows, offsets)
-        anchors = np.empty(6, np.int64)
+        data, q, *_ = self._packed(trial, rows, self._offsets(rows))
         fdata, idata = trial.joined("f", np.float64), trial.joined("i", np.int32)
+        anchors = np.empty(6, np.int64)
         center, radius = box.mean(axis=0), 0.5 * float(np.linalg.norm(box[1] - box[0]))
         if not kernels.anchors_meeting(fdata, idata, q, data, *center, radius, anchors):
             anchors[:3] = anchors[3:] = self.start
-        return self._packed(packer, rows, offsets, anchors.reshape(2, 3))
+        return anchors.reshape(2, 3), data, q, fdata, idata
 
     def _packed(
         self, packer: Packer, rows: np.ndarray, offsets: np.ndarray, anchors: np.ndarray | None = None
     ) -> list[int]:
         """The source's part of a leaf's head; `anchors` (2, 3) restricts it to a box of anchors."""
-        first = np.broadcast_to(self.start, offsets.shape)
-        last = first + self.counts - 1 - np.abs(offsets)
-        if anchors is not None:
-            first, last = np.maximum(first, anchors[0]), np.minimum(last, anchors[1])
+        first, last = self._ranges(offsets, anchors)
         low = first.min(axis=0) if len(rows) else self.start
         high = np.maximum(last.max(axis=0), low) if len(rows) else self.start + self.counts - 1
         reach = np.abs(offsets).max(axis=0, initial=0)
