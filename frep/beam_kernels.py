@@ -99,7 +99,10 @@ def gather(head, fdata, idata, cx, cy, cz, radius, skip, rows):
 
 @kernel
 def _hopeless(head, fdata, radius, capacity):
-    """Whether a ball is so large that a periodic source surely has more beams in it than a list holds."""
+    """Whether a ball is so large that a source that goes on and on likely has more beams in it than a list holds."""
+    if head[H_SOURCE] == STEADY:
+        # Four beams' lengths; F_FIRST is a quarter of one.
+        return radius > 16.0 * fdata[head[H_SOURCE_DATA] + steady.F_FIRST]
     if head[H_SOURCE] != PERIODIC:
         return False
     p = head[H_SOURCE_DATA]
@@ -236,24 +239,35 @@ def _first_radius(head, fdata, cx, cy, cz):
 
 
 @kernel
-def nearest_beam(head, fdata, idata, cx, cy, cz, rows):
+def nearest_beam(head, fdata, idata, cx, cy, cz, precision, rows):
     """Bounds of the distance from a point to the nearest beam, thickened by its own stored radii at either end.
 
-    `lowest` is below the distance of every beam, `upper` above that of at least one.
+    `lowest` is below the distance of every beam, `upper` above that of at least one. Where more beams than `rows` hold are about
+    as near, the two are apart by the part `precision` of the distance.
     """
     radius, most = _first_radius(head, fdata, cx, cy, cz)
-    while gather(head, fdata, idata, cx, cy, cz, radius, 0, rows) == 0:
+    empty = 0.0
+    n = gather(head, fdata, idata, cx, cy, cz, radius, 0, rows)
+    while n == 0:
         if radius > most:
             return math.inf, math.inf
+        empty = radius
         radius *= 2.0
+        n = gather(head, fdata, idata, cx, cy, cz, radius, 0, rows)
+    # From far away the ball may meet millions: look for one that meets few. `rows` are those of the smallest that met any.
+    while n > len(rows) and radius - empty > precision * radius:
+        middle = 0.5 * (empty + radius)
+        met = gather(head, fdata, idata, cx, cy, cz, middle, 0, rows)
+        if met == 0:
+            empty = middle
+        else:
+            radius, n = middle, met
     lowest, upper = math.inf, math.inf
-    skip, n = 0, 1
-    while skip < n:
-        n = gather(head, fdata, idata, cx, cy, cz, radius, skip, rows)
-        for i in range(min(n - skip, len(rows))):
-            lowest = min(lowest, rows[i, R_DISTANCE] - max(rows[i, R_RA], rows[i, R_RB]))
-            upper = min(upper, rows[i, R_DISTANCE] - min(rows[i, R_RA], rows[i, R_RB]))
-        skip += len(rows)
+    for i in range(min(n, len(rows))):
+        lowest = min(lowest, rows[i, R_DISTANCE] - max(rows[i, R_RA], rows[i, R_RB]))
+        upper = min(upper, rows[i, R_DISTANCE] - min(rows[i, R_RA], rows[i, R_RB]))
+    if n > len(rows):
+        lowest = empty if empty > 0.0 else -math.inf
     return lowest, upper
 
 
@@ -273,7 +287,7 @@ def relevant_radius(head, fdata, idata, cx, cy, cz, half, least, reach, blend, c
         return bounded
     # A beam that is nearest somewhere in the region is no farther from the centre than the nearest one by twice `half`
     # and the spread of the widths.
-    _, upper = nearest_beam(head, fdata, idata, cx, cy, cz, rows)
+    _, upper = nearest_beam(head, fdata, idata, cx, cy, cz, 0.1 if half > 0.0 else 1e-3, rows)
     wanted = max(upper + 2.0 * half + reach - least, blend + reach + half)
     # The nearest beam itself must not be lost to rounding.
     return min(bounded, wanted + 1e-9 * (abs(upper) + reach + half))
@@ -373,7 +387,7 @@ def beams_interval(head, fdata, idata, box, params_lo, params_hi, cutoff, rows):
     if not _hopeless(head, fdata, radius, len(rows)):
         n = gather(head, fdata, idata, cx, cy, cz, radius, 0, rows)
     if n > len(rows):
-        lowest, upper = nearest_beam(head, fdata, idata, cx, cy, cz, rows)
+        lowest, upper = nearest_beam(head, fdata, idata, cx, cy, cz, 0.1, rows)
         lo, hi = lowest - reach - half, upper - least + half
         return (-math.inf if lo < blend else lo), hi
     if n == 0:

@@ -57,10 +57,11 @@ class ThinWallWarning(UserWarning):
 
 
 def warn(message: str, category: type[Warning]) -> None:
-    """Warn at the line of the user's script, however deep in the package the cause was found."""
-    package = os.path.dirname(__file__)
+    """Warn at the line of the user's script, however deep in the packages the cause was found."""
+    root = os.path.dirname(os.path.dirname(__file__))
+    packages = tuple(os.path.join(root, name, "") for name in ("frep", "topologies", "graded", "conformal"))
     level, frame = 2, sys._getframe(1)
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(packages):
         frame = frame.f_back
         level += 1
     warnings.warn(message, category, stacklevel=level)

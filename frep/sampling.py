@@ -305,7 +305,7 @@ def _require_memory_for_table(field: Field, lo, hi, voxel: float, extra_bytes: i
     block = LEAF * voxel
     if float(np.sum(np.log(np.maximum((hi - lo) / block, 1.0)))) <= math.log(_LARGEST_TABLE):
         return
-    coarse = max(float(np.prod((hi - lo) / LEAF)) / 1e5, 1e-300) ** (1 / 3)
+    coarse = max(float(np.prod((hi - lo) / LEAF)) / 2e4, 1e-300) ** (1 / 3)
     table = _classify(Program((field,)), Lattice.over(lo, hi, coarse))
     ratio = min(coarse / voxel, 1e60)
     surface = float(np.count_nonzero(table == _LEAF_MARK)) * ratio**2 * (SAMPLE_BYTES + extra_bytes)
