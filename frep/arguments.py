@@ -29,15 +29,16 @@ def direction(value: Any, name: str) -> np.ndarray:
 
 
 def real(value: Any, name: str, unit: str) -> float:
-    """`value` as a float, checked to be a finite number."""
+    """`value` as a float, checked to be a finite number; `unit` is for the message, "1" for none."""
+    unit = "" if unit == "1" else f" in {unit}"
     if isinstance(value, Field):
-        raise ArgumentTypeError(f"{name}: expected a number in {unit}, got the Field {value!r}")
+        raise ArgumentTypeError(f"{name}: expected a number{unit}, got the Field {value!r}")
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a number in {unit}, got {value!r}") from None
+        raise ArgumentTypeError(f"{name}: expected a number{unit}, got {value!r}") from None
     if not math.isfinite(number):
-        raise ArgumentError(f"{name}: expected a finite number in {unit}, got {value!r}")
+        raise ArgumentError(f"{name}: expected a finite number{unit}, got {value!r}")
     return number
 
 

@@ -242,8 +242,8 @@ def _first_radius(head, fdata, cx, cy, cz):
 def nearest_beam(head, fdata, idata, cx, cy, cz, precision, rows):
     """Bounds of the distance from a point to the nearest beam, thickened by its own stored radii at either end.
 
-    `lowest` is below the distance of every beam, `upper` above that of at least one. Where more beams than `rows` hold are about
-    as near, the two are apart by the part `precision` of the distance.
+    `lowest` is below the distance of every beam, `upper` above that of at least one. Where more beams than `rows` hold
+    are about as near, the two are apart by the part `precision` of the distance.
     """
     radius, most = _first_radius(head, fdata, cx, cy, cz)
     empty = 0.0
@@ -254,7 +254,8 @@ def nearest_beam(head, fdata, idata, cx, cy, cz, precision, rows):
         empty = radius
         radius *= 2.0
         n = gather(head, fdata, idata, cx, cy, cz, radius, 0, rows)
-    # From far away the ball may meet millions: look for one that meets few. `rows` are those of the smallest that met any.
+    # From far away the ball may meet millions: look for one that meets few. `rows` are those of the smallest that met
+    # any.
     while n > len(rows) and radius - empty > precision * radius:
         middle = 0.5 * (empty + radius)
         met = gather(head, fdata, idata, cx, cy, cz, middle, 0, rows)
@@ -594,6 +595,32 @@ def _general(head, rows, count, lx, ly, lz, p0, p1, p2, p3, n, total, out):
 
 
 @kernel
+def _nearest_value(head, fdata, idata, x, y, z, p0, p1, p_node, radius, reach, best):
+    """The least distance to the beams of a steady source: what is nearer than the nearest so far is all that is looked
+    for."""
+    p, q, section = head[H_SOURCE_DATA], head[H_INDEX], head[H_SECTION]
+    stack, near = np.empty((steady.STACK, 6), np.int64), np.empty(6, np.int64)
+    swept, dual, ends, row = np.empty(steady.SWEPT), np.empty(3), np.empty(11), np.empty((1, ROW))
+    top = steady.descend(fdata, idata, q, p, x, y, z, radius, stack, steady.start(idata, q, stack), swept, dual)
+    while top > 0:
+        for rack in range(head[H_COUNT]):
+            s, b = head[H_SEGMENTS] + SEGMENT * rack, q + steady.I_RACKS + steady.RACK * rack
+            steady.rack_anchors(idata, b, stack[top - 1], swept, near)
+            for i in range(near[0], near[3] + 1):
+                for j in range(near[1], near[4] + 1):
+                    for k in range(near[2], near[5] + 1):
+                        steady.rack_ends(fdata, idata, q, s, b, i, j, k, ends)
+                        ax, ay, az = ends[0] - x, ends[1] - y, ends[2] - z
+                        bx, by, bz = ends[3] - x, ends[4] - y, ends[5] - z
+                        r = ends[6], ends[7], fdata[s + 8]
+                        _store(row, 0, ax, ay, az, bx, by, bz, r[0], r[1], r[2], 0, 0, 0, 0, 0.0)
+                        best = min(best, beam_distance(section, row[0], 0.0, 0.0, 0.0, p0, p1, p_node))
+        radius = min(radius, max(best + reach, 0.0))
+        top = steady.descend(fdata, idata, q, p, x, y, z, radius, stack, top - 1, swept, dual)
+    return best
+
+
+@kernel
 def _point_by_point(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows, out):
     section = head[H_SECTION]
     for i in range(n):
@@ -607,6 +634,12 @@ def _point_by_point(head, fdata, idata, x, y, z, p0, p1, p2, p3, n, cutoff, rows
         least = _least_half_width(section, q0, q2, head[H_NODES])
         radius = relevant_radius(head, fdata, idata, px, py, pz, 0.0, least, reach, blend, cutoff, rows)
         best, total = min(cutoff, 1e30), 0.0
+        if head[H_SOURCE] == STEADY:
+            best = _nearest_value(head, fdata, idata, px, py, pz, q0, q1, q2, radius, reach, best)
+            if not best < blend:
+                out[i] = best
+                continue
+            radius = blend + reach
         # However many beams there are, they come in pages of what the list holds.
         skip, m = 0, 1
         while skip < m:

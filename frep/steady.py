@@ -15,13 +15,20 @@ from typing import ClassVar
 import numpy as np
 
 from . import steady_kernels as kernels
-from .beam_kernels import SEGMENT, STEADY
+from .beam_kernels import H_INDEX, H_SOURCE_DATA, SEGMENT, STEADY
+from .errors import TooLargeError
 from .packing import Packer
 from .similarity import Similarity
 from .skeleton import Skeleton, digest
 
 _ENUMERATED = 200_000
 """Nodes up to which bounds are found by looking at each."""
+
+_BOXES = 200_000
+"""Boxes of indices after which bounds are not made tighter."""
+
+_LONGEST = 2_000_000
+"""Clusters along a direction whose powers are tabulated: some 500 MB."""
 
 _WRITTEN_OUT = 250_000
 """Indices among which the beams near a window are looked for, to be written out for it: 8 ms."""
@@ -142,18 +149,32 @@ class SteadySkeleton(Skeleton):
         rows[:, 0:3] = rows[:, 3:6] = self.nodes
         data, q, *_ = self._packed(packer, rows, np.zeros((len(rows), 3), np.int64))
         fdata, idata = packer.joined("f", np.float64), packer.joined("i", np.int32)
-        size = fdata[data + kernels.F_ALL + 3]
-        corners = np.empty((2, 3))
-        for side, axis in itertools.product((-1.0, 1.0), range(3)):
-            direction = side * np.eye(3)[axis]
-            farthest = kernels.extent_along(fdata, idata, q, data, *direction, 1e-3 * size)
-            corners[int(side > 0), axis] = side * farthest
-        return corners
+        tolerance = 1e-3 * fdata[data + kernels.F_ALL + 3]
+        while True:
+            corners, visited = np.empty((2, 3)), 0
+            for side, axis in itertools.product((-1.0, 1.0), range(3)):
+                farthest, boxes = kernels.extent_along(fdata, idata, q, data, *(side * np.eye(3)[axis]), tolerance)
+                corners[int(side > 0), axis] = side * farthest
+                visited += boxes
+            # What is long, but coiled up, first seems as large as it is long.
+            fine = 1e-3 * float(np.ptp(corners, axis=0).max())
+            if tolerance <= 2.0 * fine or visited > _BOXES:
+                return corners
+            tolerance = max(fine, 0.25 * tolerance)
 
     @property
     def content_key(self) -> bytes:
         numbers = [np.array([s.log_scale, s.angle, *s.axis, *s.velocity]) for s in self.directions]
         return digest(b"steady", self.nodes, self.radii, self.racks, *numbers, self.counts, self.start)
+
+    def box_round(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A box, mm, that holds the centers of the nodes of the clusters low..high and of those that their racks
+        reach."""
+        head, fdata, idata = self.packed
+        swept = np.empty(kernels.SWEPT)
+        kernels.sweep(fdata, idata, head[H_INDEX], head[H_SOURCE_DATA], np.concatenate([low, high]), swept)
+        half = np.abs(swept[3:12].reshape(3, 3)).sum(axis=0) + swept[kernels.S_RHO]
+        return swept[:3] - half, swept[:3] + half
 
     def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
         anchors = None if box is None else self._anchors_near(rows, box)[0]
@@ -203,6 +224,12 @@ class SteadySkeleton(Skeleton):
         low = first.min(axis=0) if len(rows) else self.start
         high = np.maximum(last.max(axis=0), low) if len(rows) else self.start + self.counts - 1
         reach = np.abs(offsets).max(axis=0, initial=0)
+        longest = int((high + reach - low).max())
+        if longest > _LONGEST:
+            raise TooLargeError(
+                f"counts: {longest:,} clusters along one direction are more than are searched at once ({_LONGEST:,}); "
+                "take a `region` of the lattice"
+            )
         powers, growth, generators = [], [], []
         for axis, similarity in enumerate(self.directions):
             steps = 0.5 * np.arange(2 * low[axis], 2 * (high[axis] + reach[axis]) + 1)

@@ -285,13 +285,15 @@ def _holds(outer, inner):
 
 @kernel
 def extent_along(fdata, idata, q, p, dx, dy, dz, tolerance):
-    """An upper bound, at most `tolerance` and one cluster's ball too large, of x . d over the lattice; d a unit
-    vector."""
+    """An upper bound, at most `tolerance` and one cluster's ball too large, of x . d over the lattice, d a unit vector;
+    and how many boxes were looked at."""
+    visited = 0
     stack, swept = np.empty((STACK, 6), np.int64), np.empty(SWEPT)
     top = start(idata, q, stack)
     least, most = -math.inf, -math.inf
     while top > 0:
         box = stack[top - 1]
+        visited += 1
         for corner in range(8):
             i, j, k = box[3 * (corner & 1)], box[1 + 3 * ((corner >> 1) & 1)], box[2 + 3 * (corner >> 2)]
             x, y, z, _ = placed(fdata, idata, q, i, j, k, fdata[p], fdata[p + 1], fdata[p + 2])
@@ -307,7 +309,7 @@ def extent_along(fdata, idata, q, p, dx, dy, dz, tolerance):
             top -= 1
             continue
         top = _halve(stack, top, swept)
-    return most
+    return most, visited
 
 
 @kernel

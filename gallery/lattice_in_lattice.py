@@ -15,14 +15,7 @@ fine = SteadyLattice(
     [(0, 0, 0)], 0.5 * thickness, cubic, Translation((1, 0, 0)), turn, Translation((0, 0, 1)), (cells, 2 * cells, cells)
 )
 step = (cells - 2) / 2
-coarse = SteadyLattice(
-    [(0.5, 0, 0.5)],
-    0.5 * beam,
-    cubic,
-    Translation((step, 0, 0)),
-    turn.power(step),
-    Translation((0, 0, step)),
-    counts=(3, 5, 3),
-)
+moves = Translation((step, 0, 0)), turn.power(step), Translation((0, 0, step))
+coarse = SteadyLattice([(0.5, 0, 0.5)], 0.5 * beam, cubic, *moves, counts=(3, 5, 3))
 left = fine.filtered(lattice_in_lattice(coarse))
 part = left.solid()

@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frep import ArgumentError, ArgumentTypeError, FieldLike, Solid
+from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, Solid
+from frep.arguments import real, vector
 from frep.similarity import Screw, Similarity, Swirl, Translation, planar
 from frep.steady import SteadySkeleton
 from frep.thicken import Rectangle, thickened
@@ -114,6 +115,7 @@ class SteadyLattice:
                     f"racks: rack {number} with offset {tuple(rack[2:].tolist())} leaves a brick of "
                     f"{tuple(counts.tolist())} clusters entirely"
                 )
+        _refuse_what_stands_still(self.skeleton)
         _refuse_contained_balls(self.skeleton)
 
     @classmethod
@@ -166,11 +168,22 @@ class SteadyLattice:
     def balls(self, i, j, k) -> tuple[np.ndarray, np.ndarray]:
         """Centers (..., n, 3) and radii (..., n), mm, of the nodes of clusters (i, j, k): numbers or arrays, real ones
         as well."""
-        return self.skeleton.balls(i, j, k)
+        indices = (_numbers(index, name, "numbers") for index, name in zip((i, j, k), "ijk", strict=True))
+        return self.skeleton.balls(*indices)
 
     def ends(self, beams) -> tuple[np.ndarray, np.ndarray]:
         """Ends (m, 2, 3) and their radii (m, 2), mm, of beams given as (m, 4) rows (i, j, k, rack)."""
-        return self.skeleton.ends(_whole(beams, "beams", (None, 4)))
+        rows = _whole(beams, "beams", (None, 4))
+        there = (rows[:, 3] >= 0) & (rows[:, 3] < len(self.racks))
+        racks = np.zeros((len(rows), 5), np.int64)
+        racks[there] = self.racks[rows[there, 3]]
+        for clusters in (rows[:, :3], rows[:, :3] + racks[:, 2:]):
+            there &= np.all((clusters >= self.start) & (clusters < self.start + self.counts), axis=1)
+        if not there.all():
+            raise ArgumentError(
+                f"beams: {tuple(rows[np.argmin(there)].tolist())} (i, j, k, rack) is no beam of this lattice"
+            )
+        return self.skeleton.ends(rows)
 
     def beams(self, block: int = 1_000_000) -> Iterator[np.ndarray]:
         """All beams, in blocks of at most about `block` rows (i, j, k, rack): (m, 4) int64. Nothing else is stored."""
@@ -208,9 +221,18 @@ class SteadyLattice:
             object.__setattr__(lattice, name, value)
         return lattice
 
-    def filtered(self, keep: NodeFilter) -> FilteredLattice:
-        """Only the beams both of whose nodes pass a filter (`stencil`, `lattice_in_lattice`, `implicit`, joined by & |
-        ~)."""
+    def filtered(self, keep: NodeFilter | Solid | Field) -> FilteredLattice:
+        """Only the beams both of whose nodes pass a filter (`stencil`, `lattice_in_lattice`, `implicit`, joined by & | ~).
+
+        A Solid or a Field is short for `implicit` of it. Balls without beams are not kept.
+
+        Raises:
+            ArgumentTypeError: something else.
+        """
+        if isinstance(keep, Solid | Field):
+            keep = implicit(keep)
+        if not isinstance(keep, NodeFilter):
+            raise ArgumentTypeError(f"keep: expected a filter, a Solid or a Field, got {type(keep).__name__}: {keep!r}")
         return FilteredLattice(self, keep)
 
     # --- as a solid --------------------------------------------------------------------------------------------------
@@ -252,6 +274,17 @@ class SteadyLattice:
 
         save(self, path, most=most)
 
+    @classmethod
+    def load(cls, path: str | Path) -> SteadyLattice:
+        """Read a model (.json) back.
+
+        Raises:
+            FileError: no such file, or not a model.
+        """
+        from .steady_files import read_json
+
+        return read_json(path)
+
     def outline(self) -> list[np.ndarray]:
         """The edges of the brick as polylines (n, 3), mm, for display; see `topologies.steady_curves`."""
         from .steady_curves import outline
@@ -268,16 +301,17 @@ class SteadyLattice:
         """
         from frep.rangefinder import find_beams
 
-        return find_beams(self.skeleton, np.atleast_2d(_point(center)), np.atleast_1d(radius))[:, 1:]
+        return find_beams(self.skeleton, vector(center, "center")[None], _radius(radius))[:, 1:]
 
     def nodes_meeting(self, center, radius: float) -> np.ndarray:
         """The node balls that meet a ball: (n, 4) int64 rows (i, j, k, node). Raises as `beams_meeting`."""
         from frep.rangefinder import find_nodes
 
-        return find_nodes(self.skeleton, np.atleast_2d(_point(center)), np.atleast_1d(radius))[:, 1:]
+        return find_nodes(self.skeleton, vector(center, "center")[None], _radius(radius))[:, 1:]
 
     def contains(self, points) -> np.ndarray:
-        """Which of (n, 3) points lie in a beam or ball: (n,) bool; for one point a bool. The surface counts as inside."""
+        """Which of (n, 3) points lie in a beam or ball: (n,) bool; for one point a bool. The surface counts as
+        inside."""
         from frep.rangefinder import contains
 
         return contains(self.skeleton, points)
@@ -340,8 +374,11 @@ def _numbers(value: Any, name: str, accepted: str) -> np.ndarray:
         raise ArgumentTypeError(f"{name}: expected {accepted}, got {value!r}") from None
 
 
-def _point(value: Any) -> np.ndarray:
-    return _numbers(value, "center", "three finite numbers (x, y, z) in mm")
+def _radius(value: Any) -> float:
+    radius = real(value, "radius", "mm")
+    if radius < 0.0:
+        raise ArgumentError(f"radius: expected a finite number >= 0 in mm, got {value!r}")
+    return radius
 
 
 def _table(value: Any, name: str, columns: int) -> np.ndarray:
@@ -379,7 +416,10 @@ def _radii(value: Any, n: int) -> np.ndarray:
 
 
 def _counts(value: Any) -> np.ndarray:
-    given = _whole(np.atleast_1d(_numbers(value, "counts", "up to three whole numbers")), "counts", (None,))
+    numbers = _numbers(value, "counts", "one to three whole numbers")
+    if np.asarray(value).dtype.kind not in "iuf" or not np.all(numbers == np.floor(numbers)):
+        raise ArgumentTypeError(f"counts: expected one to three whole numbers, got {value!r}")
+    given = _whole(np.atleast_1d(numbers), "counts", (None,))
     if not 1 <= len(given) <= 3:
         raise ArgumentError(f"counts: expected one to three whole numbers, got {value!r}")
     counts = np.ones(3, np.int64)
@@ -417,7 +457,26 @@ def _racks(value: Any, n: int, nodes: np.ndarray) -> np.ndarray:
     for number, (start, end, *offset) in enumerate(racks.tolist()):
         if start == end and not any(offset):
             raise ArgumentError(f"racks: rack {number} joins node {start} to itself")
+        for before, (a, b, *d) in enumerate(racks[:number].tolist()):
+            if (a, b, d) == (start, end, offset) or (b, a, [-x for x in d]) == (start, end, offset):
+                raise ArgumentError(f"racks: racks {before} and {number} are the same beams; give one of them")
     return racks
+
+
+def _refuse_what_stands_still(skeleton: SteadySkeleton) -> None:
+    """A direction that moves no node puts all its clusters in one place; one that grows beyond a float puts them
+    nowhere."""
+    for name, similarity, count, first in zip("uvw", skeleton.directions, skeleton.counts, skeleton.start, strict=True):
+        if count == 1:
+            continue
+        farthest = max(abs(int(first)), abs(int(first + count - 1)))
+        if abs(similarity.log_scale) * farthest > 600.0:
+            raise ArgumentError(
+                f"counts: a scale of {similarity.scale:g} to the power {farthest} is beyond a float ({name})"
+            )
+        moved = np.linalg.norm(similarity.apply(skeleton.nodes) - skeleton.nodes, axis=1)
+        if np.all(moved <= 1e-9 * skeleton.radii):
+            raise ArgumentError(f"{name}: {similarity!r} moves no node, so that {count} clusters would be in one place")
 
 
 def _refuse_contained_balls(skeleton: SteadySkeleton) -> None:
@@ -432,7 +491,7 @@ def _refuse_contained_balls(skeleton: SteadySkeleton) -> None:
         beams = np.column_stack([clusters, np.full(len(i), number)])
         ends, radii = skeleton.ends(beams)
         lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        inside = np.flatnonzero(lengths <= np.abs(radii[:, 0] - radii[:, 1]))
+        inside = np.flatnonzero(lengths <= np.abs(radii[:, 0] - radii[:, 1]) + 1e-9 * radii.max())
         if len(inside):
             worst = inside[0]
             small = int(np.argmin(radii[worst]))

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 _CLUSTERS = 1 << 18
 """Clusters that are filtered at once."""
 
+_MOST_MARKED = 1_000_000_000
+"""Nodes of a filtered coarse lattice: a byte each."""
+
 _MOST_STORED = 20_000_000
 """Beams of an explicit graph."""
 
@@ -44,11 +47,15 @@ class NodeFilter:
         """Which nodes stay of the clusters first <= index < first + span: (span[0], span[1], span[2], n) bool."""
         raise NotImplementedError
 
+    def may_keep(self, low: np.ndarray, high: np.ndarray) -> bool:
+        """Whether a node in the box low..high (mm) can stay; where it is not known, True."""
+        return True
+
     def __and__(self, other: NodeFilter) -> NodeFilter:
-        return _Joined(np.logical_and, self, other)
+        return _Joined(np.logical_and, self, other) if isinstance(other, NodeFilter) else NotImplemented
 
     def __or__(self, other: NodeFilter) -> NodeFilter:
-        return _Joined(np.logical_or, self, other)
+        return _Joined(np.logical_or, self, other) if isinstance(other, NodeFilter) else NotImplemented
 
     def __invert__(self) -> NodeFilter:
         return _Others(self)
@@ -62,6 +69,9 @@ class _Joined(NodeFilter):
 
     def mask(self, skeleton: SteadySkeleton, first: np.ndarray, span: np.ndarray) -> np.ndarray:
         return self.how(self.one.mask(skeleton, first, span), self.other.mask(skeleton, first, span))
+
+    def may_keep(self, low: np.ndarray, high: np.ndarray) -> bool:
+        return bool(self.how(self.one.may_keep(low, high), self.other.may_keep(low, high)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +87,10 @@ class _Stencil(NodeFilter):
     pattern: np.ndarray
 
     def mask(self, skeleton: SteadySkeleton, first: np.ndarray, span: np.ndarray) -> np.ndarray:
+        if self.pattern.ndim == 4 and self.pattern.shape[3] != len(skeleton.nodes):
+            raise ArgumentError(
+                f"pattern: has {self.pattern.shape[3]} entries a cluster, and the lattice {len(skeleton.nodes)} nodes"
+            )
         index = [np.arange(f, f + s) % n for f, s, n in zip(first, span, self.pattern.shape, strict=False)]
         kept = self.pattern[np.ix_(*index)]
         shape = (*span.tolist(), len(skeleton.nodes))
@@ -122,6 +136,9 @@ class _Implicit(NodeFilter):
         centers = skeleton.balls(*index)[0]
         return (self.field(centers.reshape(-1, 3)) < 0.0).reshape(centers.shape[:-1])
 
+    def may_keep(self, low: np.ndarray, high: np.ndarray) -> bool:
+        return bool(self.field.bounds(low, high)[0] < 0.0)
+
 
 def implicit(shape: Solid | FieldLike) -> NodeFilter:
     """Keep the nodes whose center lies inside a Solid, or where a Field or function of (x, y, z) is negative.
@@ -148,13 +165,29 @@ class _InLattice(NodeFilter):
         head = np.array(BeamLeaf(skeleton, "cone", False, skeleton.radii).pack(packer), np.int64)
         kept = np.zeros((0, 0, 0, 0), np.uint8)
         if self.keep is not None:
-            kept = self.keep.mask(skeleton, skeleton.start, skeleton.counts).astype(np.uint8)
+            kept = self._kept_nodes(self.keep)
         return (
             head,
             packer.joined("f", np.float64),
             packer.joined("i", np.int32),
             *(np.array(a) for a in (skeleton.edges, kept, skeleton.start)),
         )
+
+    def _kept_nodes(self, keep: NodeFilter) -> np.ndarray:
+        skeleton = self.coarse.skeleton
+        if skeleton.n_nodes > _MOST_MARKED:
+            raise TooLargeError(
+                f"coarse: a filtered lattice of {skeleton.n_nodes:,} nodes is more than can be marked ({_MOST_MARKED:,}); "
+                "take a `region` of it"
+            )
+        kept = np.empty((*skeleton.counts.tolist(), len(skeleton.nodes)), np.uint8)
+        end = skeleton.start + skeleton.counts
+        size = _box_size(skeleton.counts, _CLUSTERS)
+        for low in _corners(skeleton.start, end, size):
+            span = np.minimum(low + size, end) - low
+            at = tuple(slice(a, a + n) for a, n in zip((low - skeleton.start).tolist(), span.tolist(), strict=True))
+            kept[at] = keep.mask(skeleton, low, span)
+        return kept
 
     def mask(self, skeleton: SteadySkeleton, first: np.ndarray, span: np.ndarray) -> np.ndarray:
         from frep.filter_kernels import nodes_touching
@@ -206,6 +239,9 @@ class FilteredLattice:
                 high = np.minimum(low + size, end)
                 mask = None
                 if self.keep is not None:
+                    if not self.keep.may_keep(*skeleton.box_round(low, high - 1)):
+                        advance(float(np.prod(high - low)))
+                        continue
                     mask = self.keep.mask(skeleton, low, np.minimum(high + reach, end) - low)
                 found = [self._of_rack(rack, low, high, mask) for rack in range(len(offsets))]
                 advance(float(np.prod(high - low)))
@@ -283,10 +319,10 @@ class FilteredLattice:
 
 
 def _box_size(counts: np.ndarray, most: int) -> np.ndarray:
-    """A box of about `most` clusters that is whole along k first, then j, then i: few layers are filtered twice."""
+    """A box of about `most` clusters, as near to a cube as the counts allow: few layers are filtered twice."""
     size = np.ones(3, np.int64)
-    for axis in (2, 1, 0):
-        size[axis] = max(1, min(int(counts[axis]), most // int(size.prod())))
+    for left, axis in zip((3, 2, 1), np.argsort(counts), strict=True):
+        size[axis] = max(1, min(int(counts[axis]), int((most / int(size.prod())) ** (1 / left) + 1e-9)))
     return size
 
 

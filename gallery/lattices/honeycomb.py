@@ -11,8 +11,8 @@ side = frep.parameter(6.0, 1, 100, "mm", "of the hexagons")
 diameter = frep.parameter(1.0, 0.2, 3, "mm", "of the beams")
 bend = frep.parameter(math.pi / 2, 0.05, math.pi, "rad", "from the first sheet to the last")
 height = frep.parameter(6.0, 1, 100, "mm", "between sheets, in the middle of them")
-across = frep.parameter(6, 1, 10_000, help="hexagons across")
-rows = frep.parameter(4, 1, 10_000, help="pairs of rows of hexagons")
+across = frep.parameter(6, 2, 10_000, help="hexagons across")
+rows = frep.parameter(4, 2, 10_000, help="pairs of rows of hexagons")
 sheets = frep.parameter(20, 2, 10_000, help="along the bend")
 
 x = math.sqrt(0.75) * side

@@ -11,7 +11,7 @@ cell = frep.parameter(10.0, 1, 100, "mm", "side of the first cells")
 diameter = frep.parameter(0.1, 0.02, 0.2, help="of the beams, by the side of their cell")
 bend = frep.parameter(1.6, 0.05, 3, "rad", "from the first layer to the last")
 taper = frep.parameter(0.4, 0.1, 2, help="size of the last cells by that of the first")
-wide = frep.parameter(5, 1, 10_000, help="cells across, either way")
+wide = frep.parameter(5, 2, 10_000, help="cells across, either way")
 long = frep.parameter(20, 2, 10_000, help="cells along the bend")
 
 nodes = [(0, 0, 0), (0.5, 0.5, 0), (0.5, 0, 0.5), (0, 0.5, 0.5)]

@@ -234,3 +234,44 @@ def test_sections_stand_on_steady_beams():
     row = lattice(Translation((2, 0, 0)), None, None, (4,), CUBIC[:1])
     part = row.thicken(0.5, section=beams.square()) & frep.box((0.5, -1, -1), (5.5, 1, 1))
     assert part.volume(voxel=0.05) == pytest.approx(5 * 0.25, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["regular", "cylinder", "swirls", "figure 6.3"])
+def test_the_field_far_away_is_the_distance_of_the_nearest_beam(kind):
+    """Far off, thousands of beams are about as near."""
+    case = KINDS[kind]()
+    nodes, radii, _ = explicit(case)
+    center = nodes.mean(axis=0)
+    for away in (50.0, 1e3, 1e5):
+        points = center + away * RNG.normal(size=(5, 3))
+        gaps = np.linalg.norm(points[:, None] - nodes, axis=2) - radii
+        value = case.solid().field(points)
+        assert np.all(value <= gaps.min(axis=1) + 1e-9 * away)
+        assert np.all(value >= gaps.min(axis=1) - 3.0)
+
+
+def test_the_field_far_from_millions_of_beams():
+    """A brick of 3e6 beams: the nearest is its corner, or its face."""
+    case = lattice(X, Translation((0, 1, 0)), Z, (100, 100, 100))
+    points = np.array([(1e5, 0, 0), (-300, 40.3, 40.2), (-1e4, -1e4, -1e4), (49.5, 49.5, 1e3)])
+    field = case.solid().field(points)
+    expected = [1e5 - 99, 300.0, np.sqrt(3) * 1e4, 901.0]
+    assert np.allclose(field + 0.1, expected, atol=0.6)
+
+
+def test_bounds_of_long_coils_are_as_narrow_as_the_coil(monkeypatch):
+    monkeypatch.setattr("frep.steady._ENUMERATED", 0)
+    coil = lattice(Screw(np.pi / 8, pitch=0.01), None, None, (100_000,), CUBIC[:1], nodes=[(10, 0, 0)], radii=0.05)
+    low, high = coil.skeleton.bounds
+    assert np.all(low <= [-10, -10, 0])
+    assert np.all(high >= [10, 10, 999.99])
+    assert np.all(low >= [-12, -12, -2])
+    assert np.all(high <= [12, 12, 1002])
+
+
+def test_directions_of_too_many_clusters_are_refused_with_a_remedy():
+    case = SteadyLattice([(0, 0, 0)], 0.1, CUBIC[:1], X, counts=10**9)
+    assert case.n_beams == 10**9 - 1
+    with pytest.raises(frep.TooLargeError, match=r"counts: 999,999,999 .* take a `region`"):
+        case.skeleton.beams_meeting((0, 0, 0), 1.0)
+    assert len(case.region((5, 0, 0), (10, 1, 1)).skeleton.beams_meeting((6.5, 0, 0), 0.1)) == 1

@@ -52,6 +52,14 @@ def rows(blocks) -> set[tuple[int, ...]]:
             r"rack 1 with offset \(0, -5, 0\) leaves a brick of \(4, 5, 6\)",
         ),
         ({"racks": [(0, 0)]}, "racks: expected whole numbers of shape"),
+        ({"racks": [(0, 0, 1, 0, 0), (0, 0, 0, 1, 0), (0, 0, 1, 0, 0)]}, "racks: racks 0 and 2 are the same beams"),
+        ({"racks": [(0, 0, 1, 0, 0), (0, 0, -1, 0, 0)]}, "racks: racks 0 and 1 are the same beams"),
+        ({"u": Screw(2 * math.pi)}, "u: Screw.* moves no node"),
+        ({"v": Similarity.identity()}, "v: .* moves no node"),
+        (
+            {"u": Swirl(2, (5, 0, 0)), "counts": (3000, 1, 1), "racks": CUBIC[:1]},
+            "counts: a scale of 2 to the power 2999",
+        ),
         ({"counts": (4, 0, 6)}, "counts: expected at least 1"),
         ({"counts": (4, -1, 6)}, "counts: expected at least 1"),
         ({"counts": (1, 2, 3, 4)}, "counts: expected one to three"),
@@ -165,6 +173,40 @@ def test_beams_and_nodes_meeting_a_ball():
     assert len(case.nodes_meeting(center, 0.6)) == 2
 
 
+@pytest.mark.parametrize(
+    ("center", "radius", "message"),
+    [
+        ((0, 0), 1.0, "center"),
+        ([(0, 0, 0), (1, 1, 1)], 1.0, "center"),
+        ((0, 0, math.inf), 1.0, "center"),
+        ("here", 1.0, "center"),
+        ((0, 0, 0), -1.0, "radius"),
+        ((0, 0, 0), math.nan, "radius"),
+        ((0, 0, 0), [1.0, 2.0], "radius"),
+        ((0, 0, 0), None, "radius"),
+    ],
+)
+def test_queries_of_nonsense_name_the_argument(center, radius, message):
+    case = figure_6_3()
+    for ask in (case.beams_meeting, case.nodes_meeting):
+        with pytest.raises((ArgumentError, ArgumentTypeError), match=f"^{message}"):
+            ask(center, radius)
+
+
+def test_beams_that_are_not_there_are_named():
+    case = figure_6_3()
+    for row in ((0, 0, 0, 4), (0, 0, 0, -1), (6, 0, 0, 0), (7, 0, 0, 1)):
+        with pytest.raises(ArgumentError, match="is no beam of this lattice"):
+            case.ends([(0, 0, 0, 0), row])
+
+
+def test_models_are_saved_and_loaded(tmp_path):
+    case = figure_6_3().region((1, 2, 3), (4, 5, 6))
+    case.save(tmp_path / "figure.json")
+    again = SteadyLattice.load(tmp_path / "figure.json")
+    assert again.skeleton.content_key == case.skeleton.content_key
+
+
 def test_a_lattice_of_balls_alone():
     case = SteadyLattice([(0, 0, 0)], 0.4, [], X, Y, Z, (3, 3, 3))
     assert (case.n_beams, case.n_nodes) == (0, 27)
@@ -267,6 +309,15 @@ def test_implicit_filters_take_solids_fields_and_functions():
         assert rows(case.filtered(implicit(shape)).blocks()) == expected
 
 
+def test_a_small_shape_in_a_huge_lattice_is_found_without_looking_everywhere():
+    """Blocks that cannot hold a node of the shape are passed over: 1e9 clusters, a second."""
+    huge = lattice(X, Y, Z, (1000, 1000, 1000))
+    kept = rows(huge.filtered(frep.sphere((500, 400, 300), 3.3)).blocks())
+    small = lattice(X, Y, Z, (9, 9, 9))
+    expected = kept_by(small, lambda cluster, _: np.linalg.norm(np.subtract(cluster, 4)) < 3.3)
+    assert kept == {(i + 496, j + 396, k + 296, rack) for i, j, k, rack in expected}
+
+
 def test_filters_combine():
     case = lattice(X, Y, Z, (6, 6, 6))
     even, ball = stencil(np.indices((2, 1, 1)).sum(axis=0) == 0), implicit(frep.sphere((0, 0, 0), 4.2))
@@ -326,6 +377,9 @@ def test_blocks_are_streamed():
         (lambda: stencil([[[0.5]]]), ArgumentTypeError, "pattern: expected booleans"),
         (lambda: stencil([[[1, 2]]]), ArgumentTypeError, "pattern: expected booleans"),
         (lambda: stencil([[[True], [True, False]]]), ArgumentError, "pattern"),
+        (lambda: figure_6_3().filtered(5), ArgumentTypeError, "keep: expected a filter"),
+        (lambda: stencil([[[True]]]) & 5, TypeError, "unsupported operand"),
+        (lambda: figure_6_3().filtered(stencil(np.ones((1, 1, 1, 3), bool))).count(), ArgumentError, "pattern: has 3"),
         (lambda: lattice_in_lattice("coarse"), ArgumentTypeError, "coarse: expected a SteadyLattice"),
         (lambda: list(FilteredLattice(figure_6_3(), None).blocks(0)), ArgumentError, "block"),
     ],
