@@ -1,0 +1,384 @@
+"""A periodic surface and its four variants: what lies on one side, on the other, near it, and away from it.
+
+After LatticeRobot: a waveform W is scaled to mm, moved by a *bias* and cut four ways (negative inside):
+
+| variant | field |
+|---|---|
+| `solid` | `W - bias` |
+| `inverse` | `-(W - bias)` |
+| `sheet` (Thin) | `abs(W - bias) - thickness / 2` |
+| `twin` | `thickness / 2 - abs(W - bias)` |
+
+Surfaces fill all space: intersect with a bounded solid before meshing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from frep import ArgumentError, Field, FieldLike, Solid, as_field, constant, maximum, sqrt, square
+from frep.arguments import width
+from frep.errors import warn
+from frep.redistance import NODES, periodic_distance
+from frep.solid import Feature
+
+SCALES = ("distance", "gradient", "range")
+"""What a waveform becomes in mm: the true distance; W / |grad W|, its first order; W with its largest value at a quarter of
+the cell, as a triangle wave of unit slope has it (LatticeRobot)."""
+
+_EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
+_LEAST_SLOPE = 1e-3
+"""Of 1 / (cell / 2 pi): a waveform flatter than this counts as that steep in `scale="gradient"`, which else divides by zero."""
+
+
+class SealedChannelWarning(UserWarning):
+    """A wall so thick that it seals the channels between the sheets: powder or resin stays inside."""
+
+
+class LoosePiecesWarning(UserWarning):
+    """A solid of separate pieces that nothing holds together."""
+
+
+class Depths(NamedTuple):
+    """How far from the surface things end, on its negative and on its positive side, in mm.
+
+    `pinch`: beyond it the channel of that side falls into closed pockets; 0 where it is closed to begin with.
+    `full`: beyond it nothing of that side is left.
+    """
+
+    pinch: tuple[float, float]
+    full: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicSurface:
+    """A periodic surface: the zero set of `level`, a Field without unit.
+
+    Attributes:
+        level: the waveform where it was put, negative on the side that `solid` keeps.
+        cell: three sizes of the cell, mm.
+        label: the surface's name.
+        scale: one of `SCALES`, what `value` is.
+        complement_congruent: `-level` is `level` moved, so that `inverse` is `solid` moved, and a negative bias says nothing new.
+        members: level functions in the axes of the cell, of which `blend` chooses: one, unless a Field shapes the surface.
+        period: of the members, mm.
+        place: the coordinates in the axes of the cell as Fields of position.
+        knots: the values of `blend` that the members belong to.
+        blend: the Field that varies the surface, if one does.
+        steady: whether the distance can be had from the members.
+        shares: pinch and full depth of a cubic cell, of the cell; None to find them when they are needed.
+    """
+
+    level: Field
+    cell: tuple[float, float, float]
+    label: str
+    members: tuple[Field, ...]
+    period: tuple[float, float, float]
+    place: tuple[Field, Field, Field]
+    scale: str = "distance"
+    complement_congruent: bool = False
+    knots: tuple[float, ...] = ()
+    blend: Field | None = None
+    steady: bool = True
+    shares: Depths | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.label}, cell {' x '.join(f'{c:g}' for c in self.cell)} mm>"
+
+    # --- fields --------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def distance(self) -> Field:
+        """Signed distance to the surface in mm: a smooth spline through exact distances. Near the surface it is within 1e-4
+        of the cell (5e-4 for C(S), whose features are finest); where two parts of the surface are equally far, a crease is
+        rounded.
+
+        Where a Field blends members, distances between those of neighbouring members; under a varying phase, the distance
+        to the surface before it is moved.
+
+        Raises:
+            ArgumentError: a drop that varies, which has no distance known beforehand.
+        """
+        if not self.steady:
+            raise ArgumentError(
+                'scale: a drop that varies has no distance known beforehand; use scale="gradient" or "range"'
+            )
+        tables = [periodic_distance(member, self.period) for member in self.members]
+        if self.blend is None:
+            return tables[0].substitute(*self.place)
+        # Hat functions: each member counts up to its neighbours, linearly.
+        step = self.knots[1] - self.knots[0]
+        total: Field = constant(0.0)
+        for knot, table in zip(self.knots, tables, strict=True):
+            share = maximum(1.0 - abs(self.blend - knot) / step, 0.0)
+            total = total + share * table.substitute(*self.place)
+        return total
+
+    @cached_property
+    def value(self) -> Field:
+        """The waveform in mm as `scale` says: what bias and thickness are measured in."""
+        if self.scale == "distance":
+            return self.distance
+        if self.scale == "range":
+            least, most = self.range
+            return self.level * (0.25 * min(self.cell) / max(-least, most))
+        floor = _LEAST_SLOPE * 2.0 * np.pi / min(self.cell)
+        dx, dy, dz = self.level.derivatives()
+        return self.level / sqrt(square(dx) + square(dy) + square(dz) + floor**2)
+
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """The least and largest value of the waveform (of all that a Field blends)."""
+        ends = [_extremes(member, self.period) for member in self.members]
+        return min(e[0] for e in ends), max(e[1] for e in ends)
+
+    @cached_property
+    def depths(self) -> Depths | None:
+        """How far from the surface its channels pinch shut and end, in mm; None where a Field shapes the surface.
+
+        From a table for cubic cells, else to about a hundredth of the cell, from samples of one period.
+        """
+        if not self.steady or self.blend is not None:
+            return None
+        if self.shares is not None and self.scale == "distance" and len(set(self.cell)) == 1:
+            pinch, full = ((s[0] * self.cell[0], s[1] * self.cell[0]) for s in self.shares)
+            return Depths(pinch, full)
+        if self.scale == "distance":
+            return _depths(periodic_distance(self.members[0], self.period), self.period)
+        bare = PeriodicSurface(
+            self.members[0], self.cell, self.label, self.members, self.period, self.place, self.scale
+        )
+        return _depths(bare.value, self.period)
+
+    @property
+    def pinch(self) -> float:
+        """The thinnest sheet that seals a channel, of the smallest side of the cell."""
+        depths = self.depths
+        return np.inf if depths is None else 2.0 * min(depths.pinch) / min(self.cell)
+
+    @property
+    def full(self) -> float:
+        """The thinnest sheet that fills the cell, of the smallest side of the cell."""
+        depths = self.depths
+        return np.inf if depths is None else 2.0 * max(depths.full) / min(self.cell)
+
+    # --- variants ------------------------------------------------------------------------------------------------------
+
+    def sheet(self, thickness: FieldLike, *, bias: FieldLike = 0.0) -> Solid:
+        """The Thin variant: a wall that reaches half of `thickness` mm to both sides, measured along the surface's normal.
+
+        Args:
+            thickness: full wall in mm: a number, a Field or a function of position.
+            bias: mm by which the middle of the wall is moved to the positive side, alike.
+
+        Raises:
+            ArgumentError: a thickness that is not positive, or so large that the wall fills the cell; a bias beyond the cell.
+
+        Warns:
+            SealedChannelWarning: a wall, somewhere, that seals the channels of a side.
+
+        Example:
+            >>> import frep
+            >>> from topologies import tpms
+            >>> part = tpms.gyroid(cell=5).sheet(0.8) & frep.box((0, 0, 0), (10, 10, 10))
+            >>> round(part.volume(voxel=0.2) / 1000, 2)
+            0.48
+        """
+        t, b = width(thickness, "thickness"), as_field(bias, "bias")
+        value = self.value
+        self._check_wall(t, b, sheet=True)
+        return self._solid(abs(value - b) - 0.5 * t, "sheet", Feature("wall", t, "thickness"))
+
+    def solid(self, bias: FieldLike = 0.0) -> Solid:
+        """The Solid variant: the side where the waveform is below `bias` mm; a larger bias, more material.
+
+        Raises:
+            ArgumentError: a bias so far out that everything or nothing is left.
+
+        Warns:
+            SealedChannelWarning: the other side is closed pockets.
+            LoosePiecesWarning: this side is.
+
+        Example:
+            >>> from topologies import tpms
+            >>> tpms.schwarz_p(cell=10).solid(bias=0.5).contains([[5, 5, 5], [0, 0, 0]])
+            array([ True, False])
+        """
+        b = as_field(bias, "bias")
+        value = self.value
+        self._check_side(b, keeps=0)
+        return self._solid(value - b, "solid")
+
+    def inverse(self, bias: FieldLike = 0.0) -> Solid:
+        """The Inverse variant: all that `solid(bias)` leaves out. Raises and warns as it."""
+        b = as_field(bias, "bias")
+        value = self.value
+        self._check_side(b, keeps=1)
+        return self._solid(b - value, "inverse")
+
+    def twin(self, thickness: FieldLike, bias: FieldLike = 0.0) -> Solid:
+        """The Twin variant: all that `sheet(thickness, bias=bias)` leaves out, a region on each side of it.
+
+        Raises:
+            ArgumentError: a thickness that is not positive, or so large that nothing is left; a bias beyond the cell.
+
+        Warns:
+            LoosePiecesWarning: a gap, somewhere, that parts one of the two regions into pieces.
+        """
+        t, b = width(thickness, "thickness"), as_field(bias, "bias")
+        value = self.value
+        self._check_wall(t, b, sheet=False)
+        return self._solid(0.5 * t - abs(value - b), "twin")
+
+    def _solid(self, field: Field, what: str, *features: Feature) -> Solid:
+        return Solid._make(field, _EVERYWHERE, features=features, label=f"{self.label} {what}")
+
+    # --- limits --------------------------------------------------------------------------------------------------------
+
+    def _check_wall(self, t: Field, b: Field, *, sheet: bool) -> None:
+        (thin, thick), (low, high) = _ends(t), _ends(b)
+        if thick <= 0.0:
+            raise ArgumentError(f"thickness: expected more than 0 mm somewhere, got a Field of at most {thick:g} mm")
+        depths = self.depths
+        if depths is None:
+            return
+        if 0.5 * thin - high >= depths.full[0] and 0.5 * thin + low >= depths.full[1]:
+            raise ArgumentError(
+                f"thickness: a {'wall' if sheet else 'gap'} of {thin:g} mm {'fills' if sheet else 'takes all of'} the cell of "
+                f"{self!r}; expected less than {2.0 * max(depths.full):.3g} mm"
+            )
+        if sheet and (low - 0.5 * thick >= depths.full[1] or high + 0.5 * thick <= -depths.full[0]):
+            raise ArgumentError(f"bias: {low:g} mm leaves nothing of {self!r}; expected {_between(depths)}")
+        if _reaches(0.5 * thick - low, 0.5 * thin - high, depths.pinch[0]) or _reaches(
+            0.5 * thick + high, 0.5 * thin + low, depths.pinch[1]
+        ):
+            wall = thick if np.isfinite(thick) else thin
+            limit = (
+                f"channels stay open below {2.0 * min(depths.pinch):.3g} mm"
+                if min(depths.pinch) > 0.0
+                else "one of its sides is closed pockets from the start"
+            )
+            if sheet:
+                warn(f"thickness: a wall of {wall:g} mm seals the channels of {self!r}; {limit}", SealedChannelWarning)
+            else:
+                warn(f"thickness: a gap of {wall:g} mm leaves loose pieces of {self!r}; {limit}", LoosePiecesWarning)
+
+    def _check_side(self, b: Field, *, keeps: int) -> None:
+        depths = self.depths
+        if depths is None:
+            return
+        low, high = _ends(b)
+        if low >= depths.full[1] or high <= -depths.full[0]:
+            rest = "all" if (low > 0.0) == (keeps == 0) else "nothing"
+            raise ArgumentError(f"bias: {low:g} mm leaves {rest} of {self!r}; expected {_between(depths)}")
+        # Which sides fall into pockets: the positive one where the bias takes too much of it, and the reverse.
+        closed = _reaches(-low, -high, depths.pinch[0]), _reaches(high, low, depths.pinch[1])
+        if closed[keeps]:
+            warn(f"bias: what is left of {self!r} is loose pieces", LoosePiecesWarning)
+        if closed[1 - keeps]:
+            warn(f"bias: the channels of {self!r} are sealed", SealedChannelWarning)
+
+
+def _between(depths: Depths) -> str:
+    return f"a bias between {-depths.full[0]:.3g} and {depths.full[1]:.3g} mm"
+
+
+def _ends(field: Field) -> tuple[float, float]:
+    """The least and largest value that a Field can have, as far as its bounds tell."""
+    if field.is_constant:
+        return field.data, field.data
+    low, high = (float(end) for end in field.bounds(*_EVERYWHERE))
+    return (low if low == low else -np.inf), (high if high == high else np.inf)
+
+
+def _reaches(most: float, least: float, limit: float) -> bool:
+    """Whether a law reaches the limit somewhere; one without a known upper end counts by its lower one."""
+    return (most if np.isfinite(most) else least) >= limit
+
+
+# --- numbers of one period -----------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=64)
+def _extremes(member: Field, period: tuple[float, float, float]) -> tuple[float, float]:
+    """The least and largest value over a period: the best nodes of a grid, each then refined on smaller grids round it."""
+    size = np.array(period)
+    n = 48
+    axes = [np.arange(n) * p / n for p in size]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 9)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    found = []
+    for sign in (-1.0, 1.0):
+        best = nodes[np.argmax(sign * member(nodes))]
+        step = size / n
+        for _ in range(6):
+            trial = best + offsets * step
+            best = trial[np.argmax(sign * member(trial))]
+            step = step / 4.0
+        found.append(float(member(best)))
+    return found[0], found[1]
+
+
+@lru_cache(maxsize=64)
+def _depths(value: Field, period: tuple[float, float, float]) -> Depths:
+    """Pinch and full depth of both sides, from samples of one period."""
+    size = np.array(period)
+    counts = [int(2 * round(NODES / 2 * p / size.min())) for p in size]
+    axes = [np.arange(n) * p / n for n, p in zip(counts, size, strict=True)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    samples = value(nodes.reshape(-1, 3)).reshape(counts)
+    # A centre may lie between the nodes: what is sure to fill the cell is half a diagonal more.
+    slack = 0.5 * float(np.linalg.norm(size / counts))
+    full = [float((side * samples).max()) + slack for side in (-1.0, 1.0)]
+    return Depths((_pinch(-samples), _pinch(samples)), (full[0], full[1]))
+
+
+def _pinch(values: np.ndarray) -> float:
+    """The largest r for which the places above r run on without end, to about a hundredth of the range; 0 if never."""
+    if not percolates(values > 0.0):
+        return 0.0
+    low, high = 0.0, float(values.max())
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if percolates(values > middle) else (low, middle)
+    return low
+
+
+def percolates(mask: np.ndarray) -> bool:
+    """Whether a periodic set, given on the nodes of one period, has a path to its own copy in another period.
+
+    A path may step along edges and diagonals: with edges alone one along a slanted channel would leave its middle, and the
+    channel would seem to close where it is still 0.01 of the cell wide. Pieces within the period are joined across its
+    faces with the step that this takes; a piece reached by two ways of different steps runs on for ever.
+    """
+    from scipy.ndimage import label
+
+    # The first nodes again behind the last: the same places, one period on.
+    pieces, count = label(np.pad(mask, ((0, 1),) * 3, mode="wrap"), structure=np.ones((3, 3, 3)))  # type: ignore[misc]
+    links: dict[int, list[tuple[int, tuple[int, ...]]]] = {i + 1: [] for i in range(count)}
+    for axis in range(3):
+        last, first = np.take(pieces, -1, axis).ravel(), np.take(pieces, 0, axis).ravel()
+        both = (last > 0) & (first > 0)
+        for a, b in np.unique(np.stack([last[both], first[both]], 1), axis=0).tolist():
+            step = tuple(int(axis == k) for k in range(3))
+            links[a].append((b, step))
+            links[b].append((a, tuple(-s for s in step)))
+    at: dict[int, tuple[int, ...]] = {}
+    for start in links:
+        if start in at:
+            continue
+        at[start], queue = (0, 0, 0), [start]
+        while queue:
+            a = queue.pop()
+            for b, step in links[a]:
+                there = tuple(p + s for p, s in zip(at[a], step, strict=True))
+                if b not in at:
+                    at[b] = there
+                    queue.append(b)
+                elif at[b] != there:
+                    return True
+    return False
