@@ -1,0 +1,584 @@
+"""Stochastic topologies: Voronoi and Delaunay graphs in a body, Voronoi walls (closed-cell foams), fibre networks.
+
+Graphs are straight beams (lf-rep section 7), exact to rounding; `thicken` gives them body. Walls are a Field: the exact
+distance to the faces of the Voronoi cells, for which nothing is sampled. scipy.spatial (Qhull) makes the diagrams.
+
+Lattices in a body end where it ends. Those made with `periodic=True` fill all space: intersect them with a bounded solid.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from frep import ArgumentError, EmptyError, Field, FieldLike, Solid, foreign
+from frep.arguments import positive, real, width
+from frep.skeleton import GraphSkeleton, PeriodicSkeleton
+from frep.solid import Feature
+
+from . import seeds as seeding
+from .beams import BeamTopology
+from .seeds import RandomState, generator, require_body, whole
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+Method = Literal["poisson_disk", "uniform"]
+
+_SAME = 1e-7
+"""Voronoi vertices closer than this, of a cell, are one: seeds on a sphere (those of a regular lattice) give several."""
+
+_STEPS = 16
+"""An edge is looked at so many times in a cell's size, to see where it leaves the body and comes back."""
+
+
+def voronoi(
+    body: Solid,
+    *,
+    cell_size: FieldLike | None = None,
+    density: FieldLike | None = None,
+    seeds: Any = None,
+    random_state: RandomState | None = None,
+    method: Method = "poisson_disk",
+    relax: int = 0,
+    periodic: bool = False,
+    overhang: float = 0.0,
+    connected: bool = True,
+) -> BeamTopology:
+    """The edges of the Voronoi cells of seeds in a body: an open-cell foam (lf-rep section 7).
+
+    Args:
+        body: a bounded Solid, in which edges are kept; parts of them that leave it for less than a sixteenth of a cell may
+            stay. With `periodic`, a `frep.box`, whose sides are the period.
+        cell_size: side of a cube as large as a cell, mm: a number, or a Field or function of position for graded cells.
+        density: instead, cells for each mm3, number or Field.
+        seeds: instead, (n, 3) points in the body.
+        random_state: a whole number, with which the same lattice comes out each time, or a numpy Generator. Needed unless
+            all is given by `seeds`.
+        method: how seeds are placed: "poisson_disk", at a least distance, for cells of much the same size, or "uniform",
+            independent of each other (Poisson-Voronoi cells, of very unlike sizes).
+        relax: steps of Lloyd's relaxation, which make cells rounder and more alike.
+        periodic: the lattice repeats in all directions.
+        overhang: how far edges may reach out of the body, mm; half a diameter lets `lattice.thicken(d) & body` end flat.
+        connected: leave out what hangs together only through the body's surface; False for a part with a skin.
+
+    Returns:
+        A `BeamTopology`; where edges cross the surface, they end in nodes on it.
+
+    Raises:
+        ArgumentTypeError, ArgumentError: not one of cell_size, density and seeds; seeds outside the body or too few (a body
+            takes 4, or one where periodic); no random_state; sizes that are not positive.
+        EmptyError: no edge lies in the body.
+
+    Example:
+        >>> import frep
+        >>> body = frep.sphere((0, 0, 0), 10)
+        >>> lattice = voronoi(body, cell_size=5, random_state=1)
+        >>> part = lattice.thicken(0.8) & body
+        >>> bool(part.contains(lattice.skeleton.nodes.mean(axis=0)))
+        False
+    """
+    points, size = _seeds(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
+    reach = _overhang(overhang)
+    if periodic:
+        return _periodic_edges(points, body, "voronoi")
+    vertices, edges = _voronoi_edges(points, body.bounds)
+    nodes, beams = _clipped(vertices, edges, body, reach, size / _STEPS)
+    if connected:
+        nodes, beams = _largest_piece(nodes, beams)
+    return BeamTopology(GraphSkeleton(nodes, beams), "voronoi")
+
+
+def delaunay(
+    body: Solid,
+    *,
+    cell_size: FieldLike | None = None,
+    density: FieldLike | None = None,
+    seeds: Any = None,
+    random_state: RandomState | None = None,
+    method: Method = "poisson_disk",
+    relax: int = 0,
+    periodic: bool = False,
+    overhang: float = 0.0,
+) -> BeamTopology:
+    """The edges of the Delaunay tetrahedra of seeds in a body: a stiff, stretch-dominated network of some 15 beams a node.
+
+    Arguments and errors as for `voronoi`; `cell_size` is of the Voronoi cells, one a node.
+
+    Example:
+        >>> import frep
+        >>> delaunay(frep.box((0, 0, 0), (2, 2, 2)), seeds=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+        <delaunay: 4 nodes, 6 beams>
+    """
+    from scipy.spatial import Delaunay
+
+    points, size = _seeds(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
+    reach = _overhang(overhang)
+    if periodic:
+        return _periodic_edges(points, body, "delaunay")
+    _require_volume(points)
+    simplices = Delaunay(points).simplices
+    pairs = np.concatenate([simplices[:, [i, j]] for i in range(4) for j in range(i)])
+    nodes, beams = _clipped(points, np.unique(np.sort(pairs, axis=1), axis=0), body, reach, size / _STEPS)
+    return BeamTopology(GraphSkeleton(nodes, beams), "delaunay")
+
+
+def voronoi_walls(
+    body: Solid,
+    thickness: FieldLike,
+    *,
+    cell_size: FieldLike | None = None,
+    density: FieldLike | None = None,
+    seeds: Any = None,
+    random_state: RandomState | None = None,
+    method: Method = "poisson_disk",
+    relax: int = 0,
+    periodic: bool = False,
+) -> Solid:
+    """The faces of the Voronoi cells of seeds in a body, as walls: a closed-cell foam.
+
+    Cells at the body's surface are open there; `foam | body.shell(thickness)` closes them. With the seeds of an open-cell
+    foam, `foam & body.shell(thickness)` is the net on the surface in whose corners the cut beams end.
+
+    Args:
+        body: a bounded Solid, to which the walls are cut; with `periodic` a `frep.box`, whose sides are the period: then
+            the walls fill all space.
+        thickness: full wall in mm: a number, a Field or a function of position.
+        cell_size, density, seeds, random_state, method, relax: as for `voronoi`. Two seeds will do.
+
+    Raises:
+        ArgumentTypeError, ArgumentError: as `voronoi`, and a thickness that is not positive.
+
+    Example:
+        >>> import frep
+        >>> body = frep.box((0, 0, 0), (20, 10, 10))
+        >>> foam = voronoi_walls(body, 2, seeds=[(5, 5, 5), (15, 5, 5)])
+        >>> foam.contains([[9.1, 1, 1], [10.9, 8, 8], [8.9, 5, 5]])
+        array([ True,  True, False])
+    """
+    wall = width(thickness, "thickness")
+    points, _ = _seeds(body, cell_size, density, seeds, random_state, method, relax, periodic, least=2)
+    field = _faces(points, body, periodic) - 0.5 * wall
+    everywhere = np.array([[-np.inf] * 3, [np.inf] * 3])
+    walls = Solid._make(field, everywhere, features=(Feature("wall", wall, "thickness"),), label="voronoi walls")
+    return walls if periodic else walls & body
+
+
+def face_distance(body: Solid, seeds: Any, *, periodic: bool = False) -> Field:
+    """Distance to the nearest face between the Voronoi cells of seeds, mm, exact: zero on the faces, positive in the cells.
+
+    In the cell of seed a it is the least, over its neighbours b, of `(|p - b|^2 - |p - a|^2) / (2 |b - a|)`: a convex cell's
+    surface is as near as the nearest of its planes. It is no sampled table but a lookup, some 0.4 us a point.
+
+    Args:
+        body: a bounded Solid; with `periodic`, a `frep.box`.
+        seeds: (n, 3) points in the body, mm, two at least (or one where periodic).
+        periodic: the seeds repeat.
+
+    Example:
+        >>> import frep
+        >>> body = frep.box((0, 0, 0), (20, 10, 10))
+        >>> face_distance(body, [(5, 5, 5), (15, 5, 5)])([[10, 1, 1], [7, 5, 5]])
+        array([0., 3.])
+    """
+    require_body(body, periodic)
+    return _faces(seeding.checked_seeds(body, seeds, 1 if periodic else 2), body, periodic)
+
+
+def fibres(
+    body: Solid,
+    number: int,
+    *,
+    length: float | None = None,
+    directions: Any = None,
+    spread: float = math.pi / 12,
+    overhang: float = 0.0,
+    random_state: RandomState | None = None,
+) -> BeamTopology:
+    """Straight fibres at random in a body: a felt, whose fibres pass through each other.
+
+    Args:
+        body: a bounded Solid, to which the fibres are cut.
+        number: how many fibres meet the body; one that leaves it and comes back becomes several beams.
+        length: of a fibre before it is cut, mm; None for fibres all through the body (random lines, met by every body in
+            proportion to its surface).
+        directions: axes of the fibres ("x", "y", "z" or vectors), None for any direction.
+        spread: how far fibres lean away from those axes at most, rad.
+        overhang: how far fibres may reach out of the body, mm.
+        random_state: a whole number, with which the same fibres come out each time, or a numpy Generator.
+
+    Raises:
+        ArgumentTypeError, ArgumentError: not a bounded Solid; number, length, spread or overhang out of range; no random
+            state.
+        EmptyError: hardly a fibre meets the body.
+
+    Example:
+        >>> import frep
+        >>> fibres(frep.sphere((0, 0, 0), 10), 20, random_state=1)
+        <fibres: 40 nodes, 20 beams>
+    """
+    lo, hi = require_body(body)
+    wanted = whole(number, "number")
+    reach = _overhang(overhang)
+    long = None if length is None else positive(length, "length")
+    random = generator(random_state)
+    seeding.random_directions(1, directions, spread, random_state=0)  # complain before any work
+    centre, radius = 0.5 * (lo + hi), 0.5 * float(np.linalg.norm(hi - lo))
+    pieces: list[np.ndarray] = []
+    hits = tried = 0
+    step = float((hi - lo).min()) / 64
+    while hits < wanted:
+        count = max(64, 2 * (wanted - hits))
+        ends = _random_fibres(count, centre, radius, (lo, hi), long, directions, spread, random)
+        start, stop, owner = _inside(ends[:, 0], ends[:, 1], body, reach, step)
+        met = np.unique(owner)[: wanted - hits]
+        chosen = np.isin(owner, met)
+        pieces.append(np.stack([start[chosen], stop[chosen]], axis=1))
+        hits, tried = hits + len(met), tried + count
+        if tried > 100_000 and hits < 1e-4 * tried:
+            raise EmptyError(f"body: {hits} of {tried:,} random fibres meet it; is it empty?")
+    nodes = np.concatenate(pieces).reshape(-1, 3)
+    return BeamTopology(GraphSkeleton(nodes, np.arange(len(nodes)).reshape(-1, 2)), "fibres")
+
+
+def _random_fibres(count, centre, radius, corners, length, directions, spread, random) -> np.ndarray:
+    """(count, 2, 3) ends: chords of the ball round the body, or pieces of `length` round evenly spread centres."""
+    along = seeding.random_directions(count, directions, spread, random_state=random)
+    if length is not None:
+        lo, hi = corners
+        middle = random.uniform(lo - 0.5 * length, hi + 0.5 * length, (count, 3))
+        half = np.full((count, 1), 0.5 * length)
+    else:
+        # Lines of one direction are spread evenly over the disc that the ball shows them.
+        side = np.cross(along, random.normal(size=(count, 3)))
+        side /= np.linalg.norm(side, axis=1)[:, None]
+        off = radius * np.sqrt(random.uniform(size=(count, 1)))
+        middle, half = centre + off * side, np.sqrt(np.maximum(radius**2 - off**2, 1e-12 * radius**2))
+    return np.stack([middle - half * along, middle + half * along], axis=1)
+
+
+# --- seeds -------------------------------------------------------------------------------------------------------------
+
+
+def _seeds(
+    body, cell_size, density, seeds, random_state, method, relax, periodic, *, least
+) -> tuple[np.ndarray, float]:
+    """The seeds that the arguments ask for, and the side of a mean cell, mm."""
+    lo, hi = require_body(body, periodic)
+    given = [name for name, v in (("cell_size", cell_size), ("density", density), ("seeds", seeds)) if v is not None]
+    if len(given) != 1:
+        raise ArgumentError(f"cell_size, density, seeds: expected one of them, got {' and '.join(given) or 'none'}")
+    if method not in ("poisson_disk", "uniform"):
+        raise ArgumentError(f'method: expected "poisson_disk" or "uniform", got {method!r}')
+    steps = whole(relax, "relax", least=0)
+    random = generator(random_state) if seeds is None or steps else None
+    least = 1 if periodic else least
+    size: Field | None = None
+    if seeds is not None:
+        points = seeding.checked_seeds(body, seeds, least)
+    else:
+        assert random is not None
+        size = (
+            width(cell_size, "cell_size")
+            if cell_size is not None
+            else seeding.positive_law(density, "density", "cells a mm3") ** (-1.0 / 3.0)
+        )
+        points = _placed(body, size, method, random, periodic)
+    if len(points) < least:
+        raise ArgumentError(
+            f"{given[0]}: gives {len(points)} seeds in a body whose bounds are {' x '.join(f'{s:.4g}' for s in hi - lo)} mm; "
+            f"expected at least {least}"
+        )
+    if steps:
+        assert random is not None
+        law = size if size is not None and not size.is_constant else None
+        points = seeding.relaxed(body, points, steps, random_state=random, cell_size=law, periodic=periodic)
+    mean = float((np.prod(hi - lo) / len(points)) ** (1 / 3))
+    smallest = mean if size is None else float(np.min(np.minimum(size(points), mean)))
+    return points, smallest
+
+
+def _placed(body: Solid, size: Field, method: str, random: np.random.Generator, periodic: bool) -> np.ndarray:
+    if method == "uniform":
+        return seeding.on_density(body, size**-3.0, random_state=random)
+    # d so that FILLING centres in d^3 are one in size^3.
+    return seeding.poisson_disk(body, seeding.FILLING ** (1 / 3) * size, random_state=random, periodic=periodic)
+
+
+def _overhang(value: Any) -> float:
+    reach = real(value, "overhang", "mm")
+    if reach < 0.0:
+        raise ArgumentError(f"overhang: expected a length >= 0 mm, got {value!r}")
+    return reach
+
+
+def _require_volume(points: np.ndarray) -> None:
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if spread[-1] <= 1e-9 * spread[0]:
+        raise ArgumentError("seeds: expected points that span a volume, all of them lie in one plane")
+
+
+# --- diagrams ----------------------------------------------------------------------------------------------------------
+
+
+def _guards(bounds: np.ndarray, diagonals: float = 3.0) -> np.ndarray:
+    """Six points so far off that nowhere in the box one of them is the nearest, which make the cells in it finite.
+
+    A point of the box is within its diagonal d of any seed in it, and 2.5 d or more from these.
+    """
+    centre, d = bounds.mean(axis=0), float(np.linalg.norm(bounds[1] - bounds[0]))
+    return centre + diagonals * d * np.concatenate([np.eye(3), -np.eye(3)])
+
+
+def _ridge_edges(ridges: list[list[int]]) -> np.ndarray:
+    """Each edge once: consecutive vertices of the ridges (in 3-D Qhull lists them in order round the face, -1 at infinity)."""
+    sizes = np.fromiter(map(len, ridges), np.int64, len(ridges))
+    flat = np.fromiter((v for r in ridges for v in r), np.int64, int(sizes.sum()))
+    ends = np.cumsum(sizes)
+    following = np.roll(flat, -1)
+    following[ends - 1] = flat[ends - sizes]
+    pairs = np.stack([flat, following], axis=1)
+    return np.unique(np.sort(pairs[(pairs >= 0).all(axis=1)], axis=1), axis=0)
+
+
+def _voronoi_edges(points: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and edges of the Voronoi diagram; right and complete in the box of the body, and somewhat beyond."""
+    from scipy.spatial import Voronoi
+
+    diagram = Voronoi(np.concatenate([points, _guards(bounds)]))
+    edges = _ridge_edges(diagram.ridge_vertices)
+    side = float((np.prod(bounds[1] - bounds[0]) / len(points)) ** (1 / 3))
+    group = _groups(diagram.vertices, _SAME * side, None)
+    edges = np.unique(np.sort(group[edges], axis=1), axis=0)
+    _, first = np.unique(group, return_index=True)
+    return diagram.vertices[first], edges[edges[:, 0] != edges[:, 1]]
+
+
+def _groups(points: np.ndarray, near: float, wrap: np.ndarray | None) -> np.ndarray:
+    """A group number for each point, one for those that hang together by steps of at most `near`; groups count up in the
+    order of their first points."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    pairs = seeding.tree_of(points, np.zeros(3), wrap).query_pairs(near, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)
+    return connected_components(links, directed=False)[1]
+
+
+def _images(points: np.ndarray, size: np.ndarray, margin: float) -> np.ndarray:
+    """Seeds, then their images in the box grown by `margin`."""
+    lo = points.min(axis=0)
+    reach = np.ceil(margin / size).astype(int) + 1
+    shifts = np.stack(np.meshgrid(*(np.arange(-r, r + 1) for r in reach), indexing="ij"), axis=-1).reshape(-1, 3)
+    everywhere = (points + (shifts[shifts.any(axis=1)] * size)[:, None]).reshape(-1, 3)
+    near = np.all((everywhere >= lo - margin) & (everywhere <= lo + size + margin), axis=1)
+    return np.concatenate([points, everywhere[near]])
+
+
+def _margin(points: np.ndarray, size: np.ndarray) -> float:
+    """How far round a period images of the seeds have a say in it: no ball without seeds has a greater diameter than this.
+
+    Nowhere a seed is further off than half the diagonal of the period, since each has images.
+    """
+    from scipy.spatial import KDTree
+
+    cell = float((np.prod(size) / len(points)) ** (1 / 3))
+    bound = float(np.linalg.norm(size))
+    if bound <= 4.0 * cell:
+        return 1.01 * bound
+    # On a grid of h, the furthest point from the seeds is at most h sqrt(3) / 2 further than the furthest node.
+    counts = np.ceil(2.0 * size / cell).astype(int)
+    nodes = np.stack(np.meshgrid(*(np.arange(n) * s / n for n, s in zip(counts, size, strict=True)), indexing="ij"), -1)
+    far = KDTree(np.mod(points, size) % size, boxsize=size).query(nodes.reshape(-1, 3))[0].max()
+    return min(2.02 * (float(far) + 0.5 * float(np.linalg.norm(size / counts))), 1.01 * bound)
+
+
+def _periodic_edges(points: np.ndarray, body: Solid, kind: str) -> BeamTopology:
+    """One period of the Voronoi or Delaunay edges of seeds that repeat."""
+    from scipy.spatial import Delaunay, Voronoi
+
+    size = body.bounds[1] - body.bounds[0]
+    images = _images(points, size, _margin(points, size))
+    if kind == "voronoi":
+        diagram = Voronoi(images)
+        vertices, edges = diagram.vertices, _ridge_edges(diagram.ridge_vertices)
+    else:
+        simplices = Delaunay(images).simplices
+        pairs = np.concatenate([simplices[:, [i, j]] for i in range(4) for j in range(i)])
+        vertices, edges = images, np.unique(np.sort(pairs, axis=1), axis=0)
+    lo, slack = points.min(axis=0), 1e-6 * size
+    inside = np.all((vertices >= lo - slack) & (vertices <= lo + size + slack), axis=1)
+    nodes, beams = _one_period(vertices, edges[inside[edges].any(axis=1)], size, len(points))
+    return BeamTopology(PeriodicSkeleton(nodes, beams, size), kind)
+
+
+def _one_period(vertices: np.ndarray, edges: np.ndarray, size: np.ndarray, seeds: int) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of a periodic graph, each once for a period, from a piece of the graph that holds each at least once."""
+    used, edges = np.unique(edges, return_inverse=True)
+    edges, points = edges.reshape(-1, 2), vertices[used]
+    near = _SAME * float((np.prod(size) / seeds) ** (1 / 3))
+    group = _groups(points, near, size)
+    count, first = np.unique(group, return_index=True)
+    nodes = np.mod(points[first], size)
+    # Which period each vertex is in, counted from the place of its group in the first one.
+    period = np.round((points - nodes[group]) / size).astype(np.int64)
+    a, b = edges.T
+    step = period[b] - period[a]
+    turn = (group[a] > group[b]) | ((group[a] == group[b]) & _negative(step))
+    a, b, step = np.where(turn, b, a), np.where(turn, a, b), np.where(turn[:, None], -step, step)
+    rows = np.unique(np.column_stack([group[a], group[b], step]), axis=0)
+    rows = rows[(rows[:, 0] != rows[:, 1]) | rows[:, 2:].any(axis=1)]
+    ends, where = np.unique(rows[:, 1:], axis=0, return_inverse=True)
+    beyond = nodes[ends[:, 0]] + ends[:, 1:] * size
+    moved = ends[:, 1:].any(axis=1)
+    number = np.where(moved, len(count) + np.cumsum(moved) - 1, ends[:, 0])
+    return np.concatenate([nodes, beyond[moved]]), np.column_stack([rows[:, 0], number[where.reshape(-1)]])
+
+
+def _negative(steps: np.ndarray) -> np.ndarray:
+    """Whether the first number that is not zero is negative, of each row."""
+    x, y, z = steps.T
+    return (x < 0) | ((x == 0) & ((y < 0) | ((y == 0) & (z < 0))))
+
+
+# --- clipping ----------------------------------------------------------------------------------------------------------
+
+
+def _clipped(nodes, edges, body: Solid, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """The parts of edges in the body, with nodes where they cross its surface, and the nodes that are left."""
+    a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
+    start, stop, owner = _inside(a, b, body, reach, step)
+    if not len(owner):
+        raise EmptyError("body: no edge of the lattice lies in it; ask for smaller cells")
+    # Ends that are not cut keep their node; others get one of their own.
+    ends = np.stack([start, stop], axis=1)
+    own = np.stack([(start == a[owner]).all(axis=1), (stop == b[owner]).all(axis=1)], axis=1)
+    fresh = len(nodes) + np.cumsum(~own.ravel()).reshape(own.shape) - 1
+    beams = np.where(own, edges[owner], fresh)
+    everything = np.concatenate([nodes, ends[~own]])
+    used, beams = np.unique(beams, return_inverse=True)
+    return everything[used], beams.reshape(-1, 2)
+
+
+def _in_box(a, b, lo, hi) -> tuple[np.ndarray, np.ndarray]:
+    """Between which shares of their lengths segments lie in a box; those that miss it begin after they end."""
+    along = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = np.stack([(lo - a) / along, (hi - a) / along])
+    # Parallel to a pair of faces: between them all along, or nowhere.
+    level, between = along == 0.0, (a >= lo) & (a <= hi)
+    enter = np.where(level, np.where(between, -np.inf, np.inf), at.min(axis=0)).max(axis=1)
+    leave = np.where(level, np.where(between, np.inf, -np.inf), at.max(axis=0)).min(axis=1)
+    return np.maximum(enter, 0.0), np.minimum(leave, 1.0)
+
+
+def _inside(a, b, body: Solid, reach: float, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The parts of segments where the body's field is at most `reach`: their starts, stops, and whose part each is."""
+    # Vertices may lie very far off: nothing is looked at beyond the body's bounds.
+    enter, leave = _in_box(a, b, body.bounds[0] - reach, body.bounds[1] + reach)
+    length = np.linalg.norm(b - a, axis=1) * (leave - enter)
+    met = np.flatnonzero(length > 1e-6 * step)
+    count = np.maximum(np.ceil(length[met] / step), 2).astype(np.int64)
+    local = np.repeat(np.arange(len(met)), count + 1)
+    first = np.cumsum(count + 1) - (count + 1)
+    part = (np.arange(len(local)) - first[local]) / count[local]
+    owner = met[local]
+    # In this form the ends are met exactly.
+    share = enter[owner] * (1.0 - part) + leave[owner] * part
+    is_in = body.field(a[owner] + share[:, None] * (b - a)[owner]) <= reach
+    same = owner[1:] == owner[:-1]
+    opens = np.flatnonzero(same & ~is_in[:-1] & is_in[1:])
+    closes = np.flatnonzero(same & is_in[:-1] & ~is_in[1:])
+    firsts = np.flatnonzero(np.r_[True, ~same] & is_in) if len(owner) else opens
+    lasts = np.flatnonzero(np.r_[~same, True] & is_in) if len(owner) else closes
+    begun = _crossings(a, b, owner[opens], share[opens], share[opens + 1], body.field, reach)
+    ended = _crossings(a, b, owner[closes], share[closes + 1], share[closes], body.field, reach)
+    t0, t1 = np.concatenate([share[firsts], begun]), np.concatenate([share[lasts], ended])
+    # Parts of a segment do not overlap: its starts and its stops, each in order, belong together.
+    by_start = np.lexsort((t0, np.concatenate([owner[firsts], owner[opens]])))
+    by_stop = np.lexsort((t1, np.concatenate([owner[lasts], owner[closes]])))
+    t0, t1, whose = t0[by_start], t1[by_stop], np.concatenate([owner[firsts], owner[opens]])[by_start]
+    long_enough = (t1 - t0) * np.linalg.norm(b - a, axis=1)[whose] > 1e-6 * step
+    t0, t1, whose = t0[long_enough, None], t1[long_enough, None], whose[long_enough]
+    # An end that is not cut is the very node.
+    start = np.where(t0 == 0.0, a[whose], a[whose] + t0 * (b - a)[whose])
+    stop = np.where(t1 == 1.0, b[whose], a[whose] + t1 * (b - a)[whose])
+    return start, stop, whose
+
+
+def _crossings(a, b, owner, outside, inside, field: Field, reach: float) -> np.ndarray:
+    """Where between a share outside and one inside each segment crosses the surface: the inner end of a halved interval."""
+    for _ in range(40):
+        middle = 0.5 * (outside + inside)
+        is_in = field(a[owner] + middle[:, None] * (b - a)[owner]) <= reach
+        inside, outside = np.where(is_in, middle, inside), np.where(is_in, outside, middle)
+    return inside
+
+
+def _largest_piece(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The connected piece of the graph with the greatest length."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(nodes),) * 2)
+    piece = connected_components(links, directed=False)[1][edges[:, 0]]
+    lengths = np.bincount(piece, np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1))
+    used, kept = np.unique(edges[piece == np.argmax(lengths)], return_inverse=True)
+    return nodes[used], kept.reshape(-1, 2)
+
+
+# --- walls -------------------------------------------------------------------------------------------------------------
+
+
+def _faces(points: np.ndarray, body: Solid, periodic: bool) -> Field:
+    wrap = body.bounds[1] - body.bounds[0] if periodic else None
+    return foreign(_Cells(points, body.bounds, wrap), lipschitz=1.0, name="voronoi_faces")
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """The distance to the faces of Voronoi cells, as a function of position."""
+
+    seeds: np.ndarray
+    bounds: np.ndarray
+    wrap: np.ndarray | None
+
+    def __call__(self, x, y, z) -> np.ndarray:
+        points = np.stack([x, y, z], axis=1)
+        tree, vectors, starts = self._planes
+        cell = np.asarray(tree.query(seeding.folded(points, self.bounds[0], self.wrap))[1])
+        away = points - self.seeds[cell]
+        if self.wrap is not None:
+            away -= self.wrap * np.round(away / self.wrap)
+        order = np.argsort(cell, kind="stable")
+        cells, first = np.unique(cell[order], return_index=True)
+        out = np.empty(len(points))
+        for one, rows in zip(cells, np.split(order, first[1:]), strict=True):
+            across = vectors[starts[one] : starts[one + 1]]
+            length = np.linalg.norm(across, axis=1)
+            out[rows] = (0.5 * length - away[rows] @ (across / length[:, None]).T).min(axis=1)
+        return np.maximum(out, 0.0)
+
+    @cached_property
+    def _planes(self) -> tuple[KDTree, np.ndarray, list[int]]:
+        """A tree of the seeds; the vectors from each seed to its neighbours, and where those of each seed start."""
+        from scipy.spatial import Voronoi
+
+        n = len(self.seeds)
+        if self.wrap is None:
+            # So far off that a face between seeds which they hide is hundreds of diagonals away.
+            images = np.concatenate([self.seeds, _guards(self.bounds, 1000.0)])
+        else:
+            images = _images(self.seeds, self.wrap, _margin(self.seeds, self.wrap))
+        pairs = Voronoi(images).ridge_points
+        pairs = np.concatenate([pairs, pairs[:, ::-1]])
+        pairs = pairs[pairs[:, 0] < n]
+        if self.wrap is None:
+            pairs = pairs[pairs[:, 1] < n]
+        pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+        starts = np.searchsorted(pairs[:, 0], np.arange(n + 1)).tolist()
+        return seeding.tree_of(self.seeds, self.bounds[0], self.wrap), images[pairs[:, 1]] - images[pairs[:, 0]], starts
