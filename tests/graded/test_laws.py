@@ -11,7 +11,23 @@ from hypothesis import strategies as st
 
 import frep
 from frep import ArgumentError, ArgumentTypeError
-from graded import distance_to, linear, parabola
+from graded import (
+    at_foot,
+    at_nodes,
+    axial,
+    distance_to,
+    linear,
+    parabola,
+    per_cell,
+    piecewise,
+    power,
+    radial,
+    sine,
+    smoothstep,
+    step,
+    table,
+)
+from topologies import beams
 
 X, Y, Z = frep.coordinates()
 POINTS = np.random.default_rng(4).uniform(-30, 30, (500, 3))
@@ -113,3 +129,219 @@ def test_bad_input_names_the_argument(law, argument, error, call):
 def test_distance_to_needs_a_solid():
     with pytest.raises(ArgumentTypeError, match="solid"):
         distance_to(X)
+
+
+# --- the other laws ------------------------------------------------------------------------------------------------------
+
+S = np.clip((POINTS[:, 0] + 20) / 40, 0, 1)
+CLOSED_FORMS = [
+    (sine("x", 4, 3, period=20), 4 + 3 * np.sin(2 * np.pi * POINTS[:, 0] / 20)),
+    (sine("y", 4, 3, 10, phase=math.pi / 2), 4 + 3 * np.cos(2 * np.pi * POINTS[:, 1] / 10)),
+    (power("x", -20, 20, 1, 5, 3), 1 + 4 * S**3),
+    (power("x", -20, 20, 1, 5, 0.5), 1 + 4 * np.sqrt(S)),
+    (power("x", -20, 20, 1, 5, 1.7), 1 + 4 * S**1.7),
+    (smoothstep("x", -20, 20, 5, 1), 5 - 4 * (3 * S**2 - 2 * S**3)),
+    (step("x", 3, 1, 2), np.where(POINTS[:, 0] < 3, 1.0, 2.0)),
+    (
+        piecewise("x", [-10, 0, 10], [1, X, 3, 4]),
+        np.select([POINTS[:, 0] < k for k in (-10, 0, 10)], [1, POINTS[:, 0], 3], 4),
+    ),
+    (radial((1, 2, 3), 0, 20, 1, 2), 1 + np.clip(np.linalg.norm(POINTS - (1, 2, 3), axis=1) / 20, 0, 1)),
+    (radial((1, 2, 3), 5, 20, 1, 2, axis="z"), 1 + np.clip((np.hypot(*(POINTS - (1, 2, 3))[:, :2].T) - 5) / 15, 0, 1)),
+    (axial((1, 2, 3), (1, 1, 0), 0, 9, 1, 2), 1 + np.clip((POINTS - (1, 2, 3)) @ (1, 1, 0) / math.sqrt(2) / 9, 0, 1)),
+    (table("x", [-10, 0, 20], [1, 5, 2]), np.interp(POINTS[:, 0], [-10, 0, 20], [1, 5, 2])),
+]
+
+
+@pytest.mark.parametrize(("law", "expected"), CLOSED_FORMS)
+def test_laws_have_their_closed_forms(law, expected):
+    np.testing.assert_allclose(law(POINTS), expected, rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("law", [law for law, _ in CLOSED_FORMS] + [parabola("x", -20, 20, 6, 1)])
+def test_bounds_enclose_and_gradients_match_differences(law):
+    rng = np.random.default_rng(1)
+    lo = rng.uniform(-30, 30, (40, 3))
+    hi = lo + rng.uniform(0, 20, (40, 3))
+    low, high = law.bounds(lo, hi)
+    for t in rng.uniform(0, 1, (20, 40, 3)):
+        values = law(lo + t * (hi - lo))
+        assert np.all(values >= low - 1e-9)
+        assert np.all(values <= high + 1e-9)
+    h = 1e-5
+    steps = h * np.eye(3)
+    difference = np.stack([(law(POINTS + d) - law(POINTS - d)) / (2 * h) for d in steps], axis=1)
+    # A crease or a jump within a step of a point has no one slope.
+    close = np.abs(law.gradient(POINTS) - difference).max(axis=1) < 1e-4
+    assert close.mean() > 0.99
+
+
+@pytest.mark.parametrize(
+    ("law", "least", "most"),
+    [
+        (parabola("x", 0, 9, 6, 1), 1, 6),
+        (smoothstep("x", 0, 9, 6, 1), 1, 6),
+        (power("x", 0, 9, 1, 6, 0.3), 1, 6),
+        (sine("x", 4, 3, 5), 1, 7),
+        (table("x", np.arange(100.0), 1 + np.sin(np.arange(100.0)) ** 2), 1, 2),
+        (table("x", [0, 1, 5], [1, 3, 4], smooth=True), 1, 4),
+    ],
+)
+def test_bounds_over_all_space_are_those_of_the_values(law, least, most):
+    """A law that is positive is seen to be so."""
+    low, high = law.bounds((-1e6,) * 3, (1e6,) * 3)
+    assert least - 1e-6 <= low <= least + 0.01
+    assert most - 0.01 <= high <= most + 1e-6
+
+
+@given(st.lists(st.floats(-50, 50), min_size=2, max_size=60, unique=True), st.randoms(use_true_random=False))
+def test_a_table_is_straight_between_its_values(places, random):
+    at = np.sort(np.array(places))
+    if np.diff(at).min() < 0.5:
+        return
+    values = np.array([random.uniform(1, 9) for _ in at])
+    found = table("x", at, values)(POINTS)
+    # Long tables are samples: off by a quarter of a sample beside a bend.
+    np.testing.assert_allclose(found, np.interp(POINTS[:, 0], at, values), atol=1e-9 if len(at) <= 32 else 0.3)
+
+
+def test_a_long_even_table_is_exact_to_float32():
+    at = np.linspace(-30, 30, 201)
+    values = np.cos(at)
+    np.testing.assert_allclose(table("y", at, values)(POINTS), np.interp(POINTS[:, 1], at, values), atol=1e-6)
+
+
+def test_a_smooth_table_is_the_monotone_cubic():
+    from scipy.interpolate import PchipInterpolator
+
+    at, values = [-20, -10, 0, 15, 20], [0, 1, 1, 8, 9]
+    law = table("x", at, values, smooth=True)
+    expected = PchipInterpolator(at, values)(np.clip(POINTS[:, 0], -20, 20))
+    np.testing.assert_allclose(law(POINTS), expected, atol=1e-4)
+    line = np.stack([np.linspace(-25, 25, 2001), np.zeros(2001), np.zeros(2001)], axis=1)
+    assert np.all(np.diff(law(line)) >= -1e-6)
+
+
+# --- coordinates and sampling ----------------------------------------------------------------------------------------------
+
+
+def test_normalised_coordinates_run_over_the_body():
+    body = frep.box((-5, 0, 10), (15, 4, 50))
+    law = linear("z", 0, 1, 0.1, 7, coordinates="normalised", over=body)
+    np.testing.assert_allclose(law(POINTS), linear("z", 10, 50, 0.1, 7)(POINTS), atol=1e-12)
+    np.testing.assert_allclose(
+        linear(X + Z, 0, 2, 1, 2, coordinates="normalised", over=body.bounds)(POINTS),
+        1 + np.clip((POINTS[:, 0] + 5) / 20 + (POINTS[:, 2] - 10) / 40, 0, 2) / 2,
+        atol=1e-12,
+    )
+
+
+def test_cell_coordinates_count_cells():
+    law = linear("y", 0, 3, 1, 2, coordinates="cell", cell=(4, 5, 6))
+    np.testing.assert_allclose(law(POINTS), linear("y", 0, 15, 1, 2)(POINTS), atol=1e-12)
+
+
+def test_sampling_by_cell_is_the_law_at_the_centre():
+    law = linear("z", -20, 20, 1, 9)
+    by_cell = linear("z", -20, 20, 1, 9, sample="cell", cell=5)
+    centres = 5 * (np.floor(POINTS / 5) + 0.5)
+    np.testing.assert_allclose(by_cell(POINTS), law(centres), atol=1e-12)
+    np.testing.assert_allclose(per_cell(law, 5)(POINTS), law(centres), atol=1e-12)
+    moved = per_cell(law, (5, 5, 8), origin=(0, 0, 3))
+    np.testing.assert_allclose(moved(POINTS), law(8 * (np.floor((POINTS - 3) / 8) + 0.5) + 3), atol=1e-12)
+
+
+def test_the_thesis_rule_of_one_value_a_layer():
+    """z = (z_a - 1) / (N - 1) for the layers 1..N (LF-rep L1219): the first has the low value, the last the high one."""
+    n = 10
+    law = linear("z", 0.5, n - 0.5, 0.1, 7, coordinates="cell", cell=20, sample="cell")
+    layers = law([[3, 4, 20 * k + 7] for k in range(n)])
+    np.testing.assert_allclose(layers, np.linspace(0.1, 7, n), atol=1e-12)
+
+
+def test_means_of_the_thesis():
+    """LF-rep O10: Schwarz P sheets, u = 20, t = 6.9 z + 0.1: mean density 0.3935, and 0.3910 with a value a layer (of 10)."""
+    a, chi = 2.3526, -4
+    z = np.stack([np.zeros(2000), np.zeros(2000), (np.arange(2000) + 0.5) / 10], axis=1)
+    everywhere = linear("z", 0, 1, 0.1, 7, coordinates="normalised", over=((0, 0, 0), (20, 20, 200)))
+    layers = linear("z", 0.5, 9.5, 0.1, 7, coordinates="cell", cell=20, sample="cell")
+    means = []
+    for law in (everywhere, layers):
+        tau = law(z) / 20
+        means.append(np.mean(a * tau + np.pi * chi / 6 * tau**3))
+    np.testing.assert_allclose(means, [0.3935, 0.3910], atol=2e-3)
+
+
+def test_sampling_changes_nothing_for_a_constant():
+    """LF-rep O3."""
+    assert per_cell(3.0, 5).is_constant
+    assert at_foot(3.0, frep.sphere((0, 0, 0), 5).field).is_constant
+
+
+def test_nodes_read_the_law_where_they_are():
+    graph = beams.graph([(0, 0, 0), (10, 0, 0), (10, 8, 0)], [(0, 1), (1, 2)])
+    law = linear("x", 0, 10, 1, 3) + 0.1 * Y
+    np.testing.assert_allclose(at_nodes(law, graph), [1, 3, 3.8])
+    strut = beams.graph([(0, 0, 0), (10, 0, 0)], [(0, 1)]).thicken(at_nodes(linear("x", 0, 10, 2, 4), graph)[:2])
+    assert strut.contains([[9.5, 1.8, 0], [0.5, 1.8, 0]]).tolist() == [True, False]
+
+
+def test_feet_are_constant_along_normals():
+    ball = frep.sphere((0, 0, 0), 10)
+    law = at_foot(linear("x", -10, 10, 1, 3), ball.field)
+    directions = POINTS / np.linalg.norm(POINTS, axis=1, keepdims=True)
+    expected = 2 + directions[:, 0]
+    np.testing.assert_allclose(law(POINTS), expected, atol=1e-9)
+
+
+BAD_OPTIONS = [
+    ("coordinates", ArgumentError, {"coordinates": "polar"}),
+    ("over", ArgumentError, {"coordinates": "normalised"}),
+    ("over", ArgumentError, {"over": ((0, 0, 0), (1, 1, 1))}),
+    ("over", ArgumentError, {"coordinates": "normalised", "over": frep.half_space((0, 0, 1))}),
+    ("over", ArgumentError, {"coordinates": "normalised", "over": ((0, 0, 0), (1, 1, 0))}),
+    ("over", ArgumentTypeError, {"coordinates": "normalised", "over": "body"}),
+    ("cell", ArgumentError, {"coordinates": "cell"}),
+    ("cell", ArgumentError, {"cell": 5}),
+    ("cell", ArgumentError, {"sample": "cell"}),
+    ("cell", ArgumentError, {"sample": "cell", "cell": -1}),
+    ("cell", ArgumentTypeError, {"sample": "cell", "cell": X}),
+    ("at_nodes", ArgumentError, {"sample": "node"}),
+    ("at_foot", ArgumentError, {"sample": "foot"}),
+    ("sample", ArgumentError, {"sample": "edge"}),
+    ("within", ArgumentTypeError, {"within": 1}),
+]
+
+
+@pytest.mark.parametrize(("argument", "error", "options"), BAD_OPTIONS)
+def test_options_that_do_not_fit_are_refused(argument, error, options):
+    for call in (lambda: linear("x", 0, 1, 1, 2, **options), lambda: table("x", [0, 1], [1, 2], **options)):
+        with pytest.raises(error, match=rf"\b{argument}\b"):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("argument", "error", "call"),
+    [
+        ("period", ArgumentError, lambda: sine("x", 1, 1, 0)),
+        ("phase", ArgumentError, lambda: sine("x", 1, 1, 5, math.inf)),
+        ("exponent", ArgumentError, lambda: power("x", 0, 1, 1, 2, -1)),
+        ("axis", ArgumentError, lambda: radial((0, 0, 0), 0, 1, 1, 2, axis=(0, 0, 0))),
+        ("center", ArgumentError, lambda: axial((0, 0), "x", 0, 1, 1, 2)),
+        ("positions", ArgumentError, lambda: piecewise("x", [2, 1], [1, 2, 3])),
+        ("laws", ArgumentError, lambda: piecewise("x", [1, 2], [1, 2])),
+        (r"laws\[1\]", ArgumentTypeError, lambda: piecewise("x", [1], [1, "b"])),
+        ("positions", ArgumentError, lambda: table("x", [0], [1])),
+        ("positions", ArgumentError, lambda: table("x", [0, 0], [1, 2])),
+        ("positions", ArgumentTypeError, lambda: table("x", "ab", [1, 2])),
+        ("values", ArgumentError, lambda: table("x", [0, 1], [1, 2, 3])),
+        ("values", ArgumentError, lambda: table("x", [0, 1], [1, math.nan])),
+        ("cell", ArgumentError, lambda: per_cell(X, 0)),
+        ("topology", ArgumentError, lambda: at_nodes(X, beams.bcc())),
+        ("topology", ArgumentTypeError, lambda: at_nodes(X, 5)),
+        ("distance", ArgumentTypeError, lambda: at_foot(X, "far")),
+    ],
+)
+def test_bad_input_of_the_other_laws_names_the_argument(argument, error, call):
+    with pytest.raises(error, match=argument):
+        call()
