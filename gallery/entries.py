@@ -45,7 +45,7 @@ class Entry:
         return None
 
 
-_BUNNY = _DATA / "bunny.ply"
+_BUNNY, _CT, _FE = _DATA / "bunny.ply", _DATA / "head_ct.vti", _DATA / "notch_stress.vtk"
 
 ENTRIES = (
     Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
@@ -59,11 +59,21 @@ ENTRIES = (
         compared={"body": str(_BUNNY), "size": "60", "cut": "z"},
         needs=_BUNNY,
     ),
+    Entry("voronoi", "voronoi", compared={"size": "16"}),
+    Entry("spinodal", "spinodal", compared={"size": "16"}),
+    Entry("ct_graded", "ct_graded", shown={"ct": str(_CT)}, compared={"ct": str(_CT), "voxel": "1.6"}, needs=_CT),
+    Entry(
+        "fe_graded",
+        "fe_graded",
+        shown={"results": str(_FE)},
+        compared={"results": str(_FE), "voxel": "0.6"},
+        needs=_FE,
+    ),
     Entry("michell", "lattices/michell"),
     Entry("spring_tire", "lattices/spring_tire", compared={"halves": "5", "springs": "20", "voxel": "0.5"}),
     Entry("octet", "lattices/octet", compared={"wide": "2", "long": "10", "voxel": "0.4"}),
     Entry("honeycomb", "lattices/honeycomb"),
-    Entry("figure_6_3", "lattices/figure_6_3"),
+    Entry("figure_6_3", "lattices/figure_6_3", compared={"nu": "4", "nv": "5", "nw": "5", "voxel": "0.04"}),
     Entry("lattice_in_lattice", "lattice_in_lattice", compared={"cells": "12", "voxel": "0.12"}),
     Entry("billion", "lattices/billion", compared={"window": "3"}),
 )
