@@ -20,7 +20,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from frep.arguments import positive, real, vector
+from frep.arguments import finite, positive, real, vector
 from frep.errors import ArgumentError, ArgumentTypeError, FunctionError
 from frep.similarity import Similarity, planar
 
@@ -132,7 +132,7 @@ class SteadyMap:
             ArgumentError, ArgumentTypeError: parameters of another shape than the map's `dimension` asks for, or not
                 finite.
         """
-        given = _finite(parameters, "parameters")
+        given = finite(parameters, "parameters")
         if given.ndim not in (1, 2) or given.shape[-1] != self.dimension:
             n = self.dimension
             raise ArgumentError(f"parameters: expected an array of shape (n, {n}) or ({n},), got shape {given.shape}")
@@ -216,7 +216,7 @@ def rectify(
         >>> center.round(9).tolist(), round(radius, 9)
         ([2.0, 4.0, 6.0], 0.5)
     """
-    at, radius = _finite(center, "center"), positive(radius, "radius", "")
+    at, radius = finite(center, "center"), positive(radius, "radius", "")
     if at.shape not in ((2,), (3,)):
         raise ArgumentError(f"center: expected two or three numbers, got {center!r}")
     _at_least(samples, 4, "samples")
@@ -265,11 +265,11 @@ def steady_template(warp: SteadyMap, nodes: Any, radii: Any, counts: Any, *, sam
     if not isinstance(warp, SteadyMap):
         raise ArgumentTypeError(f"warp: expected a SteadyMap, got {warp!r}")
     cells = np.array(warp._counts(counts), dtype=float)
-    places = _finite(nodes, "nodes")
+    places = finite(nodes, "nodes")
     n = warp.dimension
     if places.ndim != 2 or places.shape[1] != n or len(places) == 0:
         raise ArgumentError(f"nodes: expected an array of shape (n, {n}), got shape {places.shape}")
-    sizes = _finite(radii, "radii")
+    sizes = finite(radii, "radii")
     if sizes.shape not in ((), (len(places),)):
         raise ArgumentError(f"radii: expected one number, or one for each of {len(places)} nodes, got {radii!r}")
     sizes = np.broadcast_to(sizes, (len(places),))
@@ -337,18 +337,8 @@ def _ball_through(points: np.ndarray, dimension: int, of: str) -> tuple[np.ndarr
     return middle + widths[0] * (c @ axes[:dimension]), float(widths[0] * math.sqrt(k + c @ c))
 
 
-def _finite(value: Any, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected an array of numbers, got {value!r}") from None
-    if not np.all(np.isfinite(array)):
-        raise ArgumentError(f"{name}: expected finite numbers, got {value!r}")
-    return array
-
-
 def _plane_point(value: Any, name: str) -> np.ndarray:
-    point = _finite(value, name)
+    point = finite(value, name)
     if point.shape != (2,):
         raise ArgumentError(f"{name}: expected a point (x, y), got {value!r}")
     return point

@@ -63,6 +63,17 @@ def vector(value: Any, name: str) -> np.ndarray:
     return v
 
 
+def finite(value: Any, name: str) -> np.ndarray:
+    """`value` as a float64 array of any shape, checked to hold finite numbers."""
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"{name}: expected an array of numbers, got {value!r}") from None
+    if not np.all(np.isfinite(array)):
+        raise ArgumentError(f"{name}: expected finite numbers, got {value!r}")
+    return array
+
+
 def positive(value: Any, name: str, unit: str = " in mm") -> float:
     """`value` as a float, checked to be a finite number above zero."""
     if isinstance(value, Field) or callable(value):

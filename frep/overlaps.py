@@ -100,9 +100,7 @@ def strangers(skeleton: SteadySkeleton) -> CleanReport:
     beams, balls = _sampled_beams(skeleton), _sampled_balls(skeleton)
     ends, radii = skeleton.ends(beams)
     if len(balls):
-        frames = [skeleton.balls(*cluster[:3]) for cluster in balls.tolist()]
-        points = np.array([c[n] for (c, _), n in zip(frames, balls[:, 3], strict=True)])
-        own = np.array([r[n] for (_, r), n in zip(frames, balls[:, 3], strict=True)])
+        points, own = skeleton.placed(balls[:, :3], balls[:, 3])
         ends = np.concatenate([ends, np.stack([points, points], axis=1)])
         radii = np.concatenate([radii, np.stack([own, own], axis=1)])
     if not len(ends):
@@ -118,9 +116,7 @@ def strangers(skeleton: SteadySkeleton) -> CleanReport:
     if len(skeleton.lone_nodes):
         found = find_nodes(skeleton, centers, reach)
         found = found[np.isin(found[:, 4], skeleton.lone_nodes)]
-        placed = [(skeleton.balls(*row[1:4]), row[4]) for row in found.tolist()]
-        points = np.array([c[n] for (c, _), n in placed]).reshape(-1, 3)
-        sizes = np.array([r[n] for (_, r), n in placed])
+        points, sizes = skeleton.placed(found[:, 1:4], found[:, 4])
         query = np.concatenate([query, found[:, 0]])
         other_nodes = np.concatenate([other_nodes, np.repeat(found[:, None, 1:], 2, axis=1)])
         other_ends = np.concatenate([other_ends, np.stack([points, points], axis=1)])

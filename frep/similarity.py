@@ -27,7 +27,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .arguments import direction, positive, real, vector
+from .arguments import direction, finite, positive, real, vector
 from .errors import ArgumentError, ArgumentTypeError
 
 Kind = Literal["identity", "translation", "screw", "swirl"]
@@ -100,7 +100,7 @@ class Similarity:
             ArgumentError, ArgumentTypeError: not a matrix of that shape, not finite, a scale of 0, a mirror image,
                 columns that are not orthogonal and of one length to 1e-6.
         """
-        matrix = _numbers(m, "m")
+        matrix = finite(m, "m")
         if matrix.shape not in ((4, 4), (3, 4)):
             raise ArgumentError(f"m: expected a matrix of shape (4, 4) or (3, 4), got shape {matrix.shape}")
         return _between((np.zeros(3), 1.0, np.array([1.0, 0.0, 0.0, 0.0])), _frame(matrix, "m"))
@@ -207,7 +207,7 @@ class Similarity:
 
     def apply(self, points: Any) -> np.ndarray:
         """The images of `points`, (3,) or (n, 3) mm, in the same shape."""
-        p = _numbers(points, "points")
+        p = finite(points, "points")
         if p.shape[-1:] != (3,):
             raise ArgumentError(f"points: expected an array of shape (n, 3) or (3,), got shape {p.shape}")
         m = self.matrix
@@ -225,7 +225,7 @@ class Similarity:
             ArgumentError, ArgumentTypeError: exponents that are not a row of finite numbers, or so large that the
                 scale overflows.
         """
-        t = _numbers(ts, "ts")
+        t = finite(ts, "ts")
         if t.ndim != 1:
             raise ArgumentError(f"ts: expected a row of numbers (n,), got shape {t.shape}")
         logs = t * self.log_scale
@@ -481,19 +481,9 @@ def _matrix_quaternion(r: np.ndarray) -> np.ndarray:
 # What comes in
 
 
-def _numbers(value: Any, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected an array of numbers, got {value!r}") from None
-    if not np.all(np.isfinite(array)):
-        raise ArgumentError(f"{name}: expected finite numbers, got {value!r}")
-    return array
-
-
 def _frame(value: Any, name: str) -> tuple[np.ndarray, float, np.ndarray]:
     """A frame as its origin, its scale and its unit quaternion."""
-    array = _numbers(value, name)
+    array = finite(value, name)
     if array.shape == (3, 3):
         origin, axes = array[0], array[1:]
     elif array.shape in ((4, 4), (3, 4)):
@@ -526,7 +516,7 @@ def _frame(value: Any, name: str) -> tuple[np.ndarray, float, np.ndarray]:
 
 
 def _pair(value: Any, name: str) -> tuple[complex, complex]:
-    pair = _numbers(value, name)
+    pair = finite(value, name)
     if pair.shape != (2, 2):
         raise ArgumentError(f"{name}: expected two points (x, y), got shape {pair.shape}")
     if np.array_equal(pair[0], pair[1]):

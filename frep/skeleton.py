@@ -12,7 +12,7 @@ import hashlib
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from .field import Field, constant, leaf_field
 from .packing import Packer
 
 Section = Literal["circle", "cone", "square"]
+Source = tuple[int, np.ndarray, list[int]]
+"""Which `gather` of `frep/beam_kernels.py` answers, the segments it answers with, and what it needs to know."""
+
 _SECTIONS = {"circle": ROUND, "cone": CONE, "square": SQUARE}
 
 
@@ -36,9 +39,6 @@ class Skeleton:
 
     nodes: np.ndarray
     edges: np.ndarray
-
-    source: ClassVar[int]
-    """Which `gather` of `frep/beam_kernels.py` answers."""
 
     def segments(self) -> np.ndarray:
         """(m, 2, 3) end points of the beams (of one period, for a periodic skeleton)."""
@@ -79,14 +79,9 @@ class Skeleton:
         """Equal for equal skeletons."""
         raise NotImplementedError
 
-    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
-        """What the head of a leaf says of the source. Only beams that come near the box (2, 3) will be asked for."""
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> Source:
+        """What answers `gather` for the segments `rows`. Only beams that come near the box (2, 3) will be asked for."""
         raise NotImplementedError
-
-    def near(self, rows: np.ndarray, box: np.ndarray) -> np.ndarray | None:
-        """The beams near a box written out, (n, SEGMENT), where these are few enough to be the quicker source;
-        otherwise None."""
-        return None
 
     @property
     def lone_nodes(self) -> np.ndarray:
@@ -111,7 +106,6 @@ class PeriodicSkeleton(Skeleton):
     `size` (3,) is the period in mm. Edges that coincide after a shift by whole periods are given once.
     """
 
-    source: ClassVar[int] = PERIODIC
     size: np.ndarray
 
     @property
@@ -122,17 +116,15 @@ class PeriodicSkeleton(Skeleton):
     def content_key(self) -> bytes:
         return digest(b"periodic", self.nodes, self.edges, self.size)
 
-    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> Source:
         largest = rows[:, 6:8].max(initial=0.0)
         data = packer.floats([*self.size, largest])
-        return [data, 0, 0, 0, 0]
+        return PERIODIC, rows, [data, 0, 0, 0, 0]
 
 
 @dataclass(frozen=True, eq=False)
 class GraphSkeleton(Skeleton):
     """An explicit, finite graph of beams."""
-
-    source: ClassVar[int] = GRAPH
 
     @property
     def bounds(self) -> np.ndarray:
@@ -142,12 +134,12 @@ class GraphSkeleton(Skeleton):
     def content_key(self) -> bytes:
         return digest(b"graph", self.nodes, self.edges)
 
-    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> Source:
         return indexed(packer, rows)
 
 
-def indexed(packer: Packer, rows: np.ndarray) -> list[int]:
-    """The source data of explicit segments: a uniform grid of lists of them."""
+def indexed(packer: Packer, rows: np.ndarray) -> Source:
+    """The source of explicit segments: a uniform grid of lists of them."""
     lo = np.minimum(rows[:, 0:3], rows[:, 3:6])
     hi = np.maximum(rows[:, 0:3], rows[:, 3:6])
     origin, extent = lo.min(axis=0), hi.max(axis=0) - lo.min(axis=0)
@@ -158,7 +150,7 @@ def indexed(packer: Packer, rows: np.ndarray) -> list[int]:
     starts, entries = _segment_lists(lo, hi, origin, spacing, shape)
     data = packer.floats([*origin, spacing, rows[:, 6:8].max(initial=0.0)])
     index = packer.ints(np.concatenate([starts, entries]))
-    return [data, index, *(int(n) for n in shape)]
+    return GRAPH, rows, [data, index, *(int(n) for n in shape)]
 
 
 def digest(kind: bytes, *arrays: np.ndarray) -> bytes:
@@ -238,12 +230,8 @@ class BeamLeaf:
     def pack(self, packer: Packer, box: np.ndarray | None = None) -> list[int]:
         """The head of the leaf. Where it will only be asked near a `box` (2, 3) of lattice space, its source may know
         less."""
-        rows, source = self._rows, self.skeleton.source
-        near = None if box is None else self.skeleton.near(rows, box)
-        if near is not None:
-            rows, source = near, GRAPH
+        source, rows, data = self.skeleton._source(packer, self._rows, box)
         segments = packer.floats(rows)
-        data = indexed(packer, rows) if near is not None else self.skeleton._source(packer, rows, box)
         return [source, _SECTIONS[self.section], int(self.blended), int(self.with_nodes), segments, len(rows), *data]
 
 

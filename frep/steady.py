@@ -10,7 +10,6 @@ import itertools
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from .beam_kernels import H_INDEX, H_SOURCE_DATA, SEGMENT, STEADY
 from .errors import TooLargeError
 from .packing import Packer
 from .similarity import Similarity
-from .skeleton import Skeleton, digest
+from .skeleton import Skeleton, Source, digest, indexed
 
 _ENUMERATED = 200_000
 """Nodes up to which bounds are found by looking at each."""
@@ -59,8 +58,6 @@ class SteadySkeleton(Skeleton):
     w: Similarity
     counts: np.ndarray
     start: np.ndarray
-
-    source: ClassVar[int] = STEADY
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "edges", self.racks[:, :2])
@@ -109,17 +106,18 @@ class SteadySkeleton(Skeleton):
         scale = np.cbrt(np.linalg.det(frames[..., :3, :3]))
         return centers, scale[..., None] * self.radii
 
+    def placed(self, clusters: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Centers (m, 3) and radii (m,) of single nodes: their clusters (m, 3) and their numbers (m,) in the cluster."""
+        frames = self.frames(*clusters.T)
+        centers = np.einsum("mab,mb->ma", frames[:, :3, :3], self.nodes[nodes]) + frames[:, :3, 3]
+        return centers, np.cbrt(np.linalg.det(frames[:, :3, :3])) * self.radii[nodes]
+
     def ends(self, beams: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ends (m, 2, 3) and radii (m, 2) of beams given by index, (m, 4) rows (i, j, k, rack)."""
         beams = np.asarray(beams)
         racks = self.racks[beams[:, 3]]
-        centers, radii = np.empty((len(beams), 2, 3)), np.empty((len(beams), 2))
-        for end, clusters in enumerate((beams[:, :3], beams[:, :3] + racks[:, 2:])):
-            frames = self.frames(*clusters.T)
-            node = racks[:, end]
-            centers[:, end] = np.einsum("mab,mb->ma", frames[:, :3, :3], self.nodes[node]) + frames[:, :3, 3]
-            radii[:, end] = np.cbrt(np.linalg.det(frames[:, :3, :3])) * self.radii[node]
-        return centers, radii
+        first, second = self.placed(beams[:, :3], racks[:, 0]), self.placed(beams[:, :3] + racks[:, 2:], racks[:, 1])
+        return np.stack([first[0], second[0]], axis=1), np.stack([first[1], second[1]], axis=1)
 
     @cached_property
     def lone_nodes(self) -> np.ndarray:  # pyright: ignore[reportIncompatibleMethodOverride]
@@ -176,22 +174,21 @@ class SteadySkeleton(Skeleton):
         half = np.abs(swept[3:12].reshape(3, 3)).sum(axis=0) + swept[kernels.S_RHO]
         return swept[:3] - half, swept[:3] + half
 
-    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> list[int]:
-        anchors = None if box is None else self._anchors_near(rows, box)[0]
-        return self._packed(packer, rows, self._offsets(rows), anchors)
-
-    def near(self, rows: np.ndarray, box: np.ndarray) -> np.ndarray | None:
-        """The beams near a box, where there are at most some ten thousand: a grid of them is quicker than their
-        indices."""
-        anchors, _, q, fdata, idata = self._anchors_near(rows, box)
-        first, last = self._ranges(self._offsets(rows), anchors)
+    def _source(self, packer: Packer, rows: np.ndarray, box: np.ndarray | None = None) -> Source:
+        offsets = self._offsets(rows)
+        if box is None:
+            return STEADY, rows, self._packed(packer, rows, offsets)
+        anchors, q, fdata, idata = self._anchors_near(rows, box)
+        first, last = self._ranges(offsets, anchors)
         most = int(np.maximum(last - first + 1, 0).prod(axis=1).sum())
-        if most > _WRITTEN_OUT:
-            return None
-        segments = np.empty((max(most, 1), SEGMENT))
-        packed = np.concatenate([fdata, rows.ravel()])
-        n = kernels.write_out(packed, idata, q, len(fdata), len(rows), anchors.ravel(), *np.array(box), segments)
-        return segments[:n] if n else None
+        if most <= _WRITTEN_OUT:
+            # Few indices come into question: a grid of their beams is quicker than the indices.
+            near = np.empty((max(most, 1), SEGMENT))
+            packed = np.concatenate([fdata, rows.ravel()])
+            n = kernels.write_out(packed, idata, q, len(fdata), len(rows), anchors.ravel(), *np.array(box), near)
+            if n:
+                return indexed(packer, near[:n])
+        return STEADY, rows, self._packed(packer, rows, offsets, anchors)
 
     def _offsets(self, rows: np.ndarray) -> np.ndarray:
         # Behind the racks come balls of nodes, which are racks of no offset.
@@ -205,7 +202,7 @@ class SteadySkeleton(Skeleton):
         last = first + self.counts - 1 - np.abs(offsets)
         return (first, last) if anchors is None else (np.maximum(first, anchors[0]), np.minimum(last, anchors[1]))
 
-    def _anchors_near(self, rows: np.ndarray, box: np.ndarray) -> tuple[np.ndarray, int, int, np.ndarray, np.ndarray]:
+    def _anchors_near(self, rows: np.ndarray, box: np.ndarray) -> tuple[np.ndarray, int, np.ndarray, np.ndarray]:
         """The box (2, 3) of anchors whose beams can come near a box, and the packed lattice that told it."""
         trial = Packer()
         data, q, *_ = self._packed(trial, rows, self._offsets(rows))
@@ -214,7 +211,7 @@ class SteadySkeleton(Skeleton):
         center, radius = box.mean(axis=0), 0.5 * float(np.linalg.norm(box[1] - box[0]))
         if not kernels.anchors_meeting(fdata, idata, q, data, *center, radius, anchors):
             anchors[:3] = anchors[3:] = self.start
-        return anchors.reshape(2, 3), data, q, fdata, idata
+        return anchors.reshape(2, 3), q, fdata, idata
 
     def _packed(
         self, packer: Packer, rows: np.ndarray, offsets: np.ndarray, anchors: np.ndarray | None = None

@@ -307,9 +307,7 @@ class FilteredLattice:
             keys.append(np.ravel_multi_index((*(clusters - skeleton.start).T, node), sizes))
         nodes, edges = np.unique(np.stack(keys, axis=1), return_inverse=True)
         *cluster, node = np.unravel_index(nodes, sizes)
-        frames = skeleton.frames(*(c + s for c, s in zip(cluster, skeleton.start, strict=True)))
-        points = np.einsum("mab,mb->ma", frames[:, :3, :3], skeleton.nodes[node]) + frames[:, :3, 3]
-        radii = np.cbrt(np.linalg.det(frames[:, :3, :3])) * skeleton.radii[node]
+        points, radii = skeleton.placed(np.stack(cluster, axis=1) + skeleton.start, node)
         return points, radii, edges.reshape(-1, 2)
 
     def solid(self) -> Solid:
