@@ -71,7 +71,7 @@ ENTRIES = (
     ),
     Entry("michell", "lattices/michell"),
     Entry("spring_tire", "lattices/spring_tire", compared={"halves": "5", "springs": "20", "voxel": "0.5"}),
-    Entry("octet", "lattices/octet", compared={"wide": "2", "long": "10", "voxel": "0.4"}),
+    Entry("octet", "lattices/octet", compared={"wide": "2", "long": "10", "voxel": "0.2"}),
     Entry("honeycomb", "lattices/honeycomb"),
     Entry("figure_6_3", "lattices/figure_6_3", compared={"nu": "4", "nv": "5", "nw": "5", "voxel": "0.04"}),
     Entry("lattice_in_lattice", "lattice_in_lattice", compared={"cells": "12", "voxel": "0.12"}),

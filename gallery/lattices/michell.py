@@ -9,7 +9,7 @@ import frep
 from topologies.steady import SteadyLattice, Swirl
 
 title = "Michell cantilever"
-voxel = 0.3
+voxel = 0.1
 tip = frep.parameter(100.0, 10, 1000, "mm", "distance of the loaded tip from the fixed point")
 spread = frep.parameter(1.0, 0.2, math.pi / 2, "rad", "angle of the outermost corners, to either side")
 n = frep.parameter(12, 3, 200, help="meshes of each family")

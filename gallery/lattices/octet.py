@@ -6,7 +6,7 @@ import frep
 from topologies.steady import SteadyLattice, Swirl, Translation
 
 title = "Bent and tapered octet"
-voxel = 0.25
+voxel = 0.2
 cell = frep.parameter(10.0, 1, 100, "mm", "side of the first cells")
 diameter = frep.parameter(0.1, 0.02, 0.2, help="of the beams, by the side of their cell")
 bend = frep.parameter(1.6, 0.05, 3, "rad", "from the first layer to the last")
