@@ -1,8 +1,8 @@
 """Pictures of meshes, drawn off screen: no display, no window, no graphics card needed.
 
-Promises: the same mesh gives the same picture, to a few grey levels in a few pixels (graphics drivers, and the ambient
-occlusion of a software one, are not exact); memory is bounded by what the eye can see, not by the mesh. Does not promise
-to draw faces of a large mesh that lie just behind others.
+Promises: the same mesh gives the same picture on one machine, exactly without `occlusion`, and with it to a few grey
+levels in a few pixels (a software driver's ambient occlusion differs from run to run); memory is bounded by what the eye
+can see, not by the mesh. Does not promise to draw faces of a large mesh that lie just behind others.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ def render(
     view: str | tuple[float, float] = "iso",
     color: str | tuple[float, float, float] = "#8fa9bf",
     title: str | None = None,
+    occlusion: bool = True,
 ) -> None:
     """Draw a mesh into a PNG file, in parallel projection, filling the picture.
 
@@ -51,6 +52,8 @@ def render(
             azimuth 0 looks from +x and pi/2 from +y, elevation pi/2 looks straight down on z.
         color: the part's colour, a name, "#rrggbb" or three numbers from 0 to 1.
         title: a line of text in the upper left corner.
+        occlusion: whether openings darken with depth, by which the eye reads a lattice. Switch it off for pictures that
+            are compared with one another: it is not the same to the last grey level from run to run.
 
     Raises:
         ArgumentError: a size that is not positive, an unknown view or colour.
@@ -70,7 +73,7 @@ def render(
         raise EmptyError("mesh: it has no faces, therefore there is nothing to draw")
 
     with progress("rendering"):
-        picture = _draw(mesh, size, azimuth, elevation, color, title)
+        picture = _draw(mesh, size, azimuth, elevation, color, title, occlusion)
         from PIL import Image
 
         with replacing(path) as temporary:
@@ -110,7 +113,13 @@ def _frame(azimuth: float, elevation: float) -> np.ndarray:
 
 
 def _draw(
-    mesh: Mesh, size: tuple[int, int], azimuth: float, elevation: float, color: Any, title: str | None
+    mesh: Mesh,
+    size: tuple[int, int],
+    azimuth: float,
+    elevation: float,
+    color: Any,
+    title: str | None,
+    occlusion: bool,
 ) -> np.ndarray:
     import pyvista as pv
 
@@ -163,8 +172,9 @@ def _draw(
             plotter.camera.parallel_projection = True
             plotter.camera.parallel_scale = half
             plotter.camera.clipping_range = (0.4 * depth + 0.9 * half, 1.6 * depth + 1.1 * half)
-            # Openings darken with depth; the eye reads a lattice by that more than by its shading.
-            plotter.enable_ssao(radius=0.12 * half, bias=0.004 * half, kernel_size=32, blur=True)  # pyright: ignore[reportCallIssue]
+            # The eye reads a lattice by the dark of its openings more than by its shading.
+            if occlusion:
+                plotter.enable_ssao(radius=0.12 * half, bias=0.004 * half, kernel_size=32, blur=True)  # pyright: ignore[reportCallIssue]
             plotter.enable_anti_aliasing("ssaa")
             return np.asarray(plotter.screenshot(return_img=True))
         finally:

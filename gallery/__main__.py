@@ -101,7 +101,7 @@ def make_compared(item: Entry, folder: Path) -> None:
     from frep.view import render
 
     made = make(load_design(item.path, item.compared))
-    render(made.mesh, folder / f"{item.name}.png", size=COMPARED_SIZE)
+    render(made.mesh, folder / f"{item.name}.png", size=COMPARED_SIZE, occlusion=False)
     # A file's folder is this machine's affair, not the baseline's.
     settings: dict[str, Any] = {name: value.rpartition("/")[2] for name, value in item.compared.items()}
     checks.write_numbers(
