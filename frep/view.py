@@ -164,7 +164,8 @@ def _draw(
                 plotter.add_light(pv.Light(position=direction, light_type="scene light", intensity=strength))
             plotter.add_mesh(shaded, color=color, ambient=0.2, diffuse=0.95, specular=0.12, specular_power=12)
             if title:
-                plotter.add_text(title, position="upper_left", font_size=max(8, size[1] // 70), color="#2b3640")
+                font = max(8, size[1] // 70)
+                plotter.add_text(title, position=(2 * font, size[1] - 4 * font), font_size=font, color="#2b3640")
             depth = float(upper[2] - lower[2])
             plotter.camera.position = (0.0, 0.0, depth + half)
             plotter.camera.focal_point = (0.0, 0.0, 0.0)

@@ -50,6 +50,7 @@ _BUNNY, _CT, _FE = _DATA / "bunny.ply", _DATA / "head_ct.vti", _DATA / "notch_st
 ENTRIES = (
     Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
     Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60"}),
+    Entry("fcc_section", "fcc_section", compared={"ny": "3", "nz": "3", "voxel": "0.2"}),
     Entry("infill", "infill", cut={"cut": "z"}, compared={"size": "100", "cut": "z"}),
     Entry(
         "infill_bunny",
