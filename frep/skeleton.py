@@ -189,6 +189,7 @@ class BeamLeaf:
     blended: bool
     node_radii: np.ndarray | None = None
     with_nodes: bool = False
+    ball_radii: np.ndarray | None = None
 
     @property
     def name(self) -> str:
@@ -198,8 +199,10 @@ class BeamLeaf:
     def content_key(self) -> bytes:
         h = hashlib.blake2b(self.skeleton.content_key, digest_size=16)
         h.update(f"{self.section} {self.blended} {self.with_nodes}".encode())
-        if self.node_radii is not None:
-            h.update(np.ascontiguousarray(self.node_radii).tobytes())
+        for radii in (self.node_radii, self.ball_radii):
+            if radii is not None:
+                h.update(f"{len(radii)}".encode())
+                h.update(np.ascontiguousarray(radii).tobytes())
         return h.digest()
 
     @cached_property
@@ -210,20 +213,20 @@ class BeamLeaf:
         beams[:, 0:6] = sk.segments().reshape(-1, 6)
         if self.node_radii is not None:
             beams[:, 6:8] = self.node_radii[sk.edges]
+        if self.node_radii is not None:
+            beams = np.concatenate([beams, self._balls(sk.lone_nodes, self.node_radii)])
+        if self.ball_radii is not None:
+            beams = np.concatenate([beams, self._balls(np.flatnonzero(self.ball_radii > 0.0), self.ball_radii)])
         if not self.with_nodes:
-            return np.concatenate([beams, self._lone_nodes()])
-        nodes = np.zeros((len(sk.nodes), SEGMENT))
-        nodes[:, 0:3] = nodes[:, 3:6] = sk.nodes
-        nodes[:, 8] = 1.0
+            return beams
+        nodes = self._balls(np.arange(len(sk.nodes)), np.zeros(len(sk.nodes)))
         return np.concatenate([beams, _distinct_nodes(nodes, sk)])
 
-    def _lone_nodes(self) -> np.ndarray:
-        """Balls of their own radius where no beam has one."""
-        lone = self.skeleton.lone_nodes if self.node_radii is not None else np.zeros(0, np.int64)
-        balls = np.zeros((len(lone), SEGMENT))
-        if self.node_radii is not None:
-            balls[:, 0:3] = balls[:, 3:6] = self.skeleton.nodes[lone]
-            balls[:, 6] = balls[:, 7] = self.node_radii[lone]
+    def _balls(self, numbers: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        """Nodes as segments of no length."""
+        balls = np.zeros((len(numbers), SEGMENT))
+        balls[:, 0:3] = balls[:, 3:6] = self.skeleton.nodes[numbers]
+        balls[:, 6] = balls[:, 7] = radii[numbers]
         balls[:, 8] = 1.0
         return balls
 
@@ -252,6 +255,7 @@ def beam_field(
     fillet: Field | None = None,
     node_radius: Field | None = None,
     node_radii: np.ndarray | None = None,
+    ball_radii: np.ndarray | None = None,
     blend: Field | None = None,
 ) -> Field:
     """Signed distance (mm) to the beams of a skeleton, and to its node balls.
@@ -263,11 +267,12 @@ def beam_field(
         fillet: fillet radius of a square's corners.
         node_radius: radius of a ball at each node; None for no balls.
         node_radii: (n,) radius at each node, for cones.
+        ball_radii: (n,) radius of a ball at each node, 0 for none, for cones; instead of `node_radius`.
         blend: radius of the fillet between beams; None for a hard union.
 
     The value is an exact distance outside where the widths are constant and nothing blends; with a varying width its
     slope is at most one plus that of the width (lf-rep section 2).
     """
     args = [constant(0.0) if a is None else a for a in (width, fillet, node_radius, blend)]
-    leaf = BeamLeaf(skeleton, section, blend is not None, node_radii, with_nodes=node_radius is not None)
+    leaf = BeamLeaf(skeleton, section, blend is not None, node_radii, node_radius is not None, ball_radii)
     return leaf_field("beams", leaf, *args)

@@ -61,6 +61,7 @@ class BeamDesign:
     section: str
     blended: bool
     clip: np.ndarray | None = None
+    ball_radii: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

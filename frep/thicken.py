@@ -23,7 +23,7 @@ class Rectangle:
 
 
 def thickened(
-    skeleton: Skeleton, diameter: Any, *, node: FieldLike | None, section: str | Rectangle, blend: FieldLike, label: str
+    skeleton: Skeleton, diameter: Any, *, node: Any, section: str | Rectangle, blend: FieldLike, label: str
 ) -> Solid:
     """The solid of `BeamTopology.thicken`, whose documentation describes the arguments."""
     square = section if isinstance(section, Rectangle) else Rectangle(constant(0.0)) if section == "square" else None
@@ -35,7 +35,11 @@ def thickened(
     # Where these vary, less than nothing counts as nothing.
     blend_field = blend_field if blend_field.is_constant else maximum(blend_field, 0.0)
     blended = not (blend_field.is_constant and blend_field.data == 0.0)
-    node_width = None if node is None else width_of(node, "node")
+    ball_radii = None
+    if _is_per_node(node):
+        ball_radii = 0.5 * _per_node(node, skeleton, "node", least=0.0)
+        diameter = _as_per_node(diameter, skeleton)
+    node_width = None if node is None or ball_radii is not None else width_of(node, "node")
     if node_width is not None and not node_width.is_constant:
         node_width = maximum(node_width, 0.0)
     features: list[Feature] = []
@@ -43,7 +47,7 @@ def thickened(
     if _is_per_node(diameter):
         if square is not None:
             raise ArgumentError("diameter: one number a node is for circular sections; give a Field for square ones")
-        end_radii = 0.5 * _per_node(diameter, skeleton)
+        end_radii = 0.5 * _per_node(diameter, skeleton, "diameter")
         used = end_radii[skeleton.edges] if len(skeleton.edges) else end_radii
         features.append(Feature("beam", constant(2.0 * skeleton.scales[0] * float(used.min())), "diameter"))
         width = None
@@ -52,6 +56,7 @@ def thickened(
             section="cone",
             node_radii=end_radii,
             node_radius=None if node_width is None else 0.5 * node_width,
+            ball_radii=ball_radii,
             blend=blend_field if blended else None,
         )
     else:
@@ -70,12 +75,14 @@ def thickened(
         diameter=width,
         end_radii=end_radii,
         node_diameter=node_width,
+        ball_radii=ball_radii,
         section="circle" if square is None else "square",
         blended=blended,
     )
     bounds = skeleton.bounds
     if np.all(np.isfinite(bounds)):
-        bounds = _bounds(skeleton, width, end_radii, node_width, blend_field, square is not None)
+        widest = end_radii if ball_radii is None or end_radii is None else np.maximum(end_radii, ball_radii)
+        bounds = _bounds(skeleton, width, widest, node_width, blend_field, square is not None)
     return Solid._make(field, bounds, features=tuple(features), label=label, beams=design)
 
 
@@ -83,17 +90,32 @@ def _is_per_node(diameter: Any) -> bool:
     return isinstance(diameter, list | tuple) or (isinstance(diameter, np.ndarray) and diameter.ndim == 1)
 
 
-def _per_node(diameter: Any, skeleton: Skeleton) -> np.ndarray:
+def _as_per_node(diameter: Any, skeleton: Skeleton) -> Any:
+    """A diameter beside balls of their own: one number a node too."""
+    if _is_per_node(diameter):
+        return diameter
+    width = width_of(diameter, "diameter")
+    if not width.is_constant:
+        raise ArgumentError(
+            "node: one number a node goes with numbers for the diameter; give a Field for both, or numbers for both"
+        )
+    return np.full(len(skeleton.nodes), width.data)
+
+
+def _per_node(values: Any, skeleton: Skeleton, name: str, least: float | None = None) -> np.ndarray:
+    """One diameter a node: positive, or from `least` on."""
     try:
-        values = np.asarray(diameter, dtype=float)
+        array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise ArgumentTypeError(f"diameter: expected a number for each node, got {diameter!r}") from None
-    if len(values) != len(skeleton.nodes):
-        raise ArgumentError(f"diameter: expected one number for each of {len(skeleton.nodes)} nodes, got {len(values)}")
-    if not np.all(np.isfinite(values) & (values > 0)):
-        worst = int(np.argmax(~(np.isfinite(values) & (values > 0))))
-        raise ArgumentError(f"diameter: expected finite diameters > 0 mm, node {worst} has {values[worst]:g}")
-    return values
+        raise ArgumentTypeError(f"{name}: expected a number for each node, got {values!r}") from None
+    if array.shape != (len(skeleton.nodes),):
+        raise ArgumentError(f"{name}: expected one number for each of {len(skeleton.nodes)} nodes, got {len(array)}")
+    good = np.isfinite(array) & (array > 0.0 if least is None else array >= least)
+    if not np.all(good):
+        worst = int(np.argmax(~good))
+        wanted = "> 0" if least is None else f">= {least:g}"
+        raise ArgumentError(f"{name}: expected finite diameters {wanted} mm, node {worst} has {array[worst]:g}")
+    return array
 
 
 def _bounds(

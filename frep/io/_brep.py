@@ -10,8 +10,10 @@ until it agrees. Knots are then glued, which needs no intersection. Knots that o
 # (OCP is a compiled module whose stubs pyright does not find.)
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -140,8 +142,10 @@ def _leading_sign(axes: Array) -> Array:
     return np.sign(axes[np.arange(len(axes)), sizeable.argmax(axis=1)])
 
 
-def unite(pieces: Pieces, clip: Box | None, what: str) -> Any:
+def unite(pieces: Pieces, clip: Box | None, what: str, *, turned: bool = False) -> Any:
     """One shape: the union of the pieces, within `clip`, its volume checked; None where nothing is left.
+
+    `turned` puts the poles and seams of balls where no beam is.
 
     Raises:
         BrepError: no tolerance gives a valid shape of the right volume; `what` names it in the message.
@@ -155,7 +159,10 @@ def unite(pieces: Pieces, clip: Box | None, what: str) -> Any:
     # A plain union first; then with vertices and curves allowed to differ a little, which settles near-tangencies;
     # then with balls a touch larger, which removes the tangency of a ball and a beam of its own radius.
     for swell, fuzzy in ((1.0, 0.0), (1.0, 1e-5), (1.0, 1e-4), (1.003, 0.0), (1.003, 1e-5), (1.0, 1e-3), (1.01, 1e-4)):
-        shapes = [_ball(c, swell * r) for c, r in zip(pieces.center, pieces.ball, strict=True)]
+        shapes = [
+            _ball(c, swell * r, _away_from(pieces, c) if turned else _UPRIGHT)
+            for c, r in zip(pieces.center, pieces.ball, strict=True)
+        ]
         shapes += [_cone(*cone) for cone in pieces.cones()]
         shape = fuse(shapes, fuzzy=fuzzy * smallest)
         if shape is not None and crossing and clip is not None:
@@ -230,6 +237,17 @@ def volume(shape: Any) -> float:
     return float(properties.Mass())
 
 
+def volume_in_file(path: str | os.PathLike[str]) -> float:
+    """Volume in mm3 of all that a STEP file holds, as a reader sees it; 0 where it sees nothing."""
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()
+    reader.ReadFile(os.fspath(path))
+    reader.TransferRoots()
+    shape = reader.OneShape()
+    return 0.0 if shape.IsNull() else volume(shape)
+
+
 def solids(shape: Any) -> list[Any]:
     """The solids in a shape."""
     from OCP.TopAbs import TopAbs_ShapeEnum
@@ -277,10 +295,49 @@ def _built(operation: Any) -> Any:
     return operation.Shape() if operation.IsDone() and not operation.Shape().IsNull() else None
 
 
-def _ball(center: Array, radius: float) -> Any:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+_UPRIGHT = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 
-    return BRepPrimAPI_MakeSphere(_point(center), float(radius)).Solid()
+
+def _away_from(pieces: Pieces, center: Array) -> tuple[Array, Array]:
+    """The pole of a ball and the side of its seam, as far as can be from the beams that start at its centre.
+
+    The seam is the half circle from pole to pole where the sphere's longitude begins and ends. Where a beam's rim
+    crosses it, readers of STEP may take the rest of the sphere for the hole: a ball is lost from the file.
+    """
+    at = np.linalg.norm(pieces.start - center, axis=1) < 1e-9 * max(float(np.abs(pieces.start).max(initial=1.0)), 1.0)
+    beams = (pieces.end - pieces.start)[at]
+    if not len(beams):
+        return _UPRIGHT
+    beams = beams / np.linalg.norm(beams, axis=1, keepdims=True)
+    frames = _frames()
+    along, side = beams @ frames[:, 0].T, beams @ frames[:, 1].T
+    # The cosine of the angle to the half circle: in its plane, on its side; else to the nearer pole.
+    nearest = np.where(side > 0.0, np.hypot(along, side), np.abs(along)).max(axis=0)
+    pole, seam = frames[int(np.argmin(np.round(nearest, 9)))]
+    return pole, seam
+
+
+@cache
+def _frames() -> Array:
+    """(n, 2, 3) poles and sides, spread evenly: a spiral of directions, and a turn about each."""
+    k = np.arange(60) + 0.5
+    height, turn = 1.0 - 2.0 * k / len(k), np.pi * (1.0 + np.sqrt(5.0)) * k
+    pole = np.stack([np.sqrt(1.0 - height**2) * np.cos(turn), np.sqrt(1.0 - height**2) * np.sin(turn), height], axis=1)
+    first = seam_directions(pole)
+    second = np.cross(pole, first)
+    angle = 2.0 * np.pi * np.arange(24) / 24
+    seam = np.cos(angle)[:, None, None] * first + np.sin(angle)[:, None, None] * second
+    return np.stack([np.broadcast_to(pole, seam.shape), seam], axis=2).reshape(-1, 2, 3)
+
+
+def _ball(center: Array, radius: float, frame: tuple[Array, Array]) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+    from OCP.gp import gp_Ax2, gp_Dir
+
+    pole, seam = frame
+    return BRepPrimAPI_MakeSphere(
+        gp_Ax2(_point(center), gp_Dir(*pole.tolist()), gp_Dir(*seam.tolist())), float(radius)
+    ).Solid()
 
 
 def _cone(start: Array, end: Array, start_radius: float, end_radius: float, seam: Array) -> Any:

@@ -61,7 +61,7 @@ def _save_step(
 
     design = solid.beams
     with progress("STEP", total=1):
-        if design is not None and design.section == "circle" and not design.blended:
+        if design is not None and design.section == "circle" and not design.blended and _balls_have_beams(design):
             if _save_cells(design, path):
                 return
             nodes, edges, radii, balls = explicit_beams(design)
@@ -89,6 +89,17 @@ def _mesh_within(solid: Solid, limit: int, polish: bool) -> Mesh:
         voxel *= 1.1 * (mesh.n_faces / limit) ** 0.5
         mesh = solid.mesh(voxel, polish=polish)
     return mesh
+
+
+def _balls_have_beams(design: BeamDesign) -> bool:
+    """Whether balls of their own, if there are any, all end beams of an explicit graph."""
+    from frep.skeleton import GraphSkeleton
+
+    if design.ball_radii is None:
+        return True
+    skeleton = design.skeleton
+    alone = np.setdiff1d(np.flatnonzero(design.ball_radii), skeleton.edges)
+    return isinstance(skeleton, GraphSkeleton) and not len(alone)
 
 
 _TAPER = 0.01
@@ -169,7 +180,11 @@ def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarr
     nodes = points[first]
     edges = number.reshape(-1, 2)
     radii = ends if ends is not None else 0.5 * design.diameter(nodes)[edges]  # type: ignore[misc]
-    balls = np.zeros(len(nodes)) if design.node_diameter is None else 0.5 * design.node_diameter(nodes)
+    if design.ball_radii is not None:
+        balls = np.zeros(len(nodes))
+        np.maximum.at(balls, number.reshape(-1), design.ball_radii[skeleton.edges.reshape(-1)])
+    else:
+        balls = np.zeros(len(nodes)) if design.node_diameter is None else 0.5 * design.node_diameter(nodes)
     return nodes, edges, np.asarray(radii), balls
 
 

@@ -10,6 +10,7 @@ a CAD program would choke on more.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,7 +70,11 @@ def write_beams_step(
             "smaller part, or write a faceted one from a coarse mesh"
         )
     check_target(path)
-    halves = _Halves(points, pairs, thickness, balls)
+    _write_readable(path, lambda turned: _joined_knots(_Halves(points, pairs, thickness, balls), box, turned), "edges")
+
+
+def _joined_knots(halves: _Halves, box: _brep.Box | None, turned: bool) -> Any:
+    """The knots of half beams, each united, glued to one shape."""
     known: dict[bytes, Any] = {}
     parts = []
     for knot in halves.knots():
@@ -83,13 +88,16 @@ def write_beams_step(
         key = _shape_key(pieces, place, box if cut else None)
         if key not in known:
             known[key] = _brep.unite(
-                _shifted(pieces, -place), (box[0] - place, box[1] - place) if cut and box is not None else None, what
+                _shifted(pieces, -place),
+                (box[0] - place, box[1] - place) if cut and box is not None else None,
+                what,
+                turned=turned,
             )
         if known[key] is not None:
             parts.append(_brep.moved(known[key], place))
     if not parts:
         raise ArgumentError("clip: no beam reaches into the box; nothing is left to write")
-    _write(path, _brep.glue(parts, "edges"))
+    return _brep.glue(parts, "edges")
 
 
 def write_cell_pattern_step(
@@ -139,15 +147,31 @@ def write_cell_pattern_step(
     points, pairs, thickness, balls = _checked_beams(cell_nodes, cell_edges, radii, node_radii)
     check_target(path)
 
-    cell = _brep.unite(
-        _with_neighbours(points, pairs, thickness, balls, size),
-        (np.zeros(3), size),
-        "cell_edges: the beams of the cell",
-    )
-    if cell is None:
-        raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
-    copies = [_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)]
-    _write(path, _brep.glue(copies, "counts"))
+    pieces = _with_neighbours(points, pairs, thickness, balls, size)
+
+    def pattern(turned: bool) -> Any:
+        cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turned=turned)
+        if cell is None:
+            raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
+        return _brep.glue([_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)], "counts")
+
+    _write_readable(path, pattern, "cell_edges")
+
+
+def _write_readable(path: str | os.PathLike[str], make: Callable[[bool], Any], what: str) -> None:
+    """Write a shape with balls as they are, or, where the file would be misread, with them turned.
+
+    Raises:
+        BrepError: either way it is; `what` names it in the message.
+    """
+    try:
+        _write(path, make(False), what)
+    except _MisreadError:
+        _write(path, make(True), what)
+
+
+class _MisreadError(_brep.BrepError):
+    """A file that a reader takes for another solid."""
 
 
 def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int = MAX_FACES) -> None:
@@ -452,7 +476,11 @@ def _faceted_shell(vertices: Array, faces: Any) -> Any:
     return shell
 
 
-def _write(path: str | os.PathLike[str], shape: Any) -> None:
+def _write(path: str | os.PathLike[str], shape: Any, curved: str | None = None) -> None:
+    """Write a shape; one of curved faces (`curved` names it in messages) is read again, and its volume compared.
+
+    A trimmed sphere may come back as the rest of it: the file says it by curves, and the reader guesses the side.
+    """
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Interface import Interface_Static
     from OCP.Message import Message
@@ -481,3 +509,10 @@ def _write(path: str | os.PathLike[str], shape: Any) -> None:
             complete = b"END-ISO-10303-21;" in file.read()
         if status != IFSelect_ReturnStatus.IFSelect_RetDone or not complete:
             raise FileError(f"path: cannot write {os.fspath(path)!r}: the file came out incomplete; is the disk full?")
+        if curved is not None:
+            there, back = _brep.volume(shape), _brep.volume_in_file(temporary)
+            if abs(back / there - 1.0) > 1e-3:
+                raise _MisreadError(
+                    f"{curved}: the file holds {back:.6g} mm3 of the solid's {there:.6g}. Change the radii by a few per "
+                    "cent, or write a faceted STEP file (from a mesh)"
+                )
