@@ -1,17 +1,19 @@
-"""What functions accept: numbers, vectors and widths, checked once, with the argument's name in the error.
+"""What functions accept: numbers, vectors, widths, boxes and words, checked once, with the argument's name in the error.
 
 For the packages that build on the kernel as well: a topology checks its thickness as the kernel does.
 """
 
 from __future__ import annotations
 
+import difflib
 import math
 import numbers
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from .errors import ArgumentError, ArgumentTypeError
+from .errors import ArgumentError, ArgumentTypeError, UnboundedError
 from .field import Field, FieldLike, as_field
 
 
@@ -33,6 +35,8 @@ def real(value: Any, name: str, unit: str) -> float:
     unit = "" if unit == "1" else f" in {unit}"
     if isinstance(value, Field):
         raise ArgumentTypeError(f"{name}: expected a number{unit}, got the Field {value!r}")
+    if isinstance(value, str | bool):
+        raise ArgumentTypeError(f"{name}: expected a number{unit}, got {value!r}")
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -87,3 +91,59 @@ def positive(value: Any, name: str, unit: str = " in mm") -> float:
     if not (math.isfinite(number) and number > 0):
         raise ArgumentError(f"{name}: expected a finite number > 0{unit}, got {value!r}")
     return number
+
+
+def sizes(value: Any, name: str) -> np.ndarray:
+    """One size or three as (3,) positive mm: the sides of a cell, the spacings of a grid."""
+    if isinstance(value, Field) or callable(value):
+        raise ArgumentTypeError(f"{name}: expected a number or three numbers in mm, got a Field: {value!r}")
+    try:
+        held = np.asarray(value)
+        if held.dtype.kind not in "iuf":
+            raise TypeError
+        size = np.broadcast_to(held.astype(float), (3,)).copy()
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"{name}: expected a number or three numbers in mm, got {value!r}") from None
+    if not np.all(np.isfinite(size) & (size > 0)):
+        raise ArgumentError(f"{name}: expected finite sizes > 0 mm, got {value!r}")
+    return size
+
+
+def box_of(value: Any, name: str = "over") -> np.ndarray:
+    """The (2, 3) box of a bounded Solid, or of two corners in mm."""
+    bounds = getattr(value, "bounds", value)
+    try:
+        box = np.array(bounds, dtype=float)
+    except (TypeError, ValueError):
+        box = np.zeros(0)
+    if box.shape != (2, 3):
+        raise ArgumentTypeError(f"{name}: expected a bounded Solid or ((x0, y0, z0), (x1, y1, z1)), got {value!r}")
+    if not np.all(np.isfinite(box)):
+        raise UnboundedError(
+            f"{name}: expected a bounded Solid, or two finite corners in mm, got {value!r}; intersect it with a box first"
+        )
+    if not np.all(box[0] < box[1]):
+        raise ArgumentError(f"{name}: expected a lower and an upper corner, with space between them, got {value!r}")
+    return box
+
+
+def suggestion(word: Any, known: Iterable[Any]) -> str:
+    """ "; did you mean 'x'?" for a word that is nearly one of those known, else nothing: the end of a message.
+
+    Example:
+        >>> suggestion("layres", ["layers", "grid"])
+        "; did you mean 'layers'?"
+    """
+    folded = {str(k).lower(): str(k) for k in known}
+    near = difflib.get_close_matches(str(word).lower(), folded, n=1, cutoff=0.5)
+    return f"; did you mean {folded[near[0]]!r}?" if near else ""
+
+
+def one_of(value: Any, name: str, known: Iterable[str]) -> str:
+    """`value`, checked to be one of the words known; the error suggests the nearest."""
+    words = list(known)
+    if isinstance(value, str) and value in words:
+        return value
+    raise ArgumentError(
+        f"{name}: expected one of {', '.join(map(repr, words))}, got {value!r}{suggestion(value, words)}"
+    )

@@ -1,7 +1,7 @@
 """Sampled grids as Fields: what a mesh, an image or a periodic distance table becomes.
 
-A `SampledGrid` interpolates trilinearly between nodes, a `PeriodicSpline` by cubic B-splines, whose values lie between their
-coefficients. Coarse nodes cover its box; where data asks for more, a coarse cell is
+A `SampledGrid` interpolates trilinearly between nodes, a `PeriodicSpline` and a `BoxSpline` by cubic B-splines, whose values
+lie between their coefficients. Coarse nodes cover its box; where data asks for more, a coarse cell is
 refined eightfold by a block of 9 x 9 x 9 nodes. A min/max pyramid over the cells bounds it over boxes.
 """
 
@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from .errors import ArgumentError
-from .field import Field, constant, leaf_field
+from .field import Field, clip, constant, coordinates, leaf_field
 from .packing import Packer
 
 
@@ -148,6 +148,64 @@ class PeriodicSpline:
         nodes = packer.grid(numbers)
         pyramid = nodes + self._coefficients.size
         return [*self.values.shape, nodes, -1, 0, 1, pyramid, levels, floats, 1]
+
+
+@dataclass(frozen=True, eq=False)
+class BoxSpline:
+    """A smooth function in a box: the cubic B-spline through values on a grid.
+
+    Attributes:
+        origin: (3,) position of node (0, 0, 0), mm.
+        spacing: (3,) distance of the nodes along each axis, mm.
+        values: (nx, ny, nz) values at the nodes.
+        label: shown by `repr`.
+
+    One spacing inside the outermost nodes the box ends; beyond, the value at its nearest point goes on.
+    """
+
+    origin: np.ndarray
+    spacing: np.ndarray
+    values: np.ndarray
+    label: str = "spline"
+
+    @property
+    def name(self) -> str:
+        return self.label
+
+    @cached_property
+    def content_key(self) -> bytes:
+        h = hashlib.blake2b(b"box spline", digest_size=16)
+        h.update(np.ascontiguousarray(self.spacing).tobytes())
+        h.update(str(self.values.shape).encode())
+        h.update(np.ascontiguousarray(self.values).tobytes())
+        return h.digest()
+
+    def field(self) -> Field:
+        """The interpolated values as a Field."""
+        zero = constant(0.0)
+        # The compiled spline repeats; within its own cells, and a spacing inside them, this is not seen.
+        inside = [
+            clip(c - float(o), float(s), float((n - 2) * s))
+            for c, o, s, n in zip(coordinates(), self.origin, self.spacing, self.values.shape, strict=True)
+        ]
+        return leaf_field("grid", self, zero, zero, zero, zero).substitute(*inside)
+
+    @cached_property
+    def _packed(self) -> tuple[np.ndarray, int]:
+        from scipy.ndimage import spline_filter
+
+        c = spline_filter(self.values, order=3, mode="mirror", output=np.float32)  # type: ignore[arg-type]
+        c = np.pad(c, 1, mode="reflect")
+        levels = _pyramid(*_cell_extremes(c, 3), False)
+        return np.concatenate([c.reshape(-1), *(level.reshape(-1) for level in levels)]), len(levels)
+
+    def pack(self, packer: Packer) -> list[int]:
+        numbers, levels = self._packed
+        cells = [n - 1 for n in self.values.shape]
+        floats = packer.floats(np.concatenate([np.zeros(3), self.spacing]))
+        nodes = packer.grid(numbers)
+        pyramid = nodes + int(np.prod([n + 3 for n in cells]))
+        return [*cells, nodes, -1, 0, 1, pyramid, levels, floats, 1]
 
 
 def _pyramid(low: np.ndarray, high: np.ndarray, periodic: bool) -> list[np.ndarray]:

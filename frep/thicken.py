@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .arguments import suggestion
 from .arguments import width as width_of
 from .errors import ArgumentError, ArgumentTypeError
 from .field import Field, FieldLike, as_field, constant, maximum
@@ -28,7 +29,8 @@ def thickened(
     """The solid of `BeamTopology.thicken`, whose documentation describes the arguments."""
     square = section if isinstance(section, Rectangle) else Rectangle(constant(0.0)) if section == "square" else None
     if square is None and section != "circle":
-        raise ArgumentError(f'section: expected "circle", "square" or a rounded square, got {section!r}')
+        hint = suggestion(section, ("circle", "square"))
+        raise ArgumentError(f'section: expected "circle", "square" or a rounded square, got {section!r}{hint}')
     blend_field = as_field(blend, "blend")
     if blend_field.is_constant and blend_field.data < 0.0:
         raise ArgumentError(f"blend: expected a radius >= 0 mm, got {blend_field.data:g}")

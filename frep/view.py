@@ -167,11 +167,13 @@ def _draw(
                 font = max(8, size[1] // 70)
                 plotter.add_text(title, position=(2 * font, size[1] - 4 * font), font_size=font, color="#2b3640")
             depth = float(upper[2] - lower[2])
-            plotter.camera.position = (0.0, 0.0, depth + half)
-            plotter.camera.focal_point = (0.0, 0.0, 0.0)
+            # A title has a line of its own.
+            lift = 0.07 * half if title else 0.0
+            plotter.camera.position = (0.0, lift, depth + half)
+            plotter.camera.focal_point = (0.0, lift, 0.0)
             plotter.camera.up = (0.0, 1.0, 0.0)
             plotter.camera.parallel_projection = True
-            plotter.camera.parallel_scale = half
+            plotter.camera.parallel_scale = half + lift
             plotter.camera.clipping_range = (0.4 * depth + 0.9 * half, 1.6 * depth + 1.1 * half)
             # The eye reads a lattice by the dark of its openings more than by its shading.
             if occlusion:

@@ -17,9 +17,7 @@ import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, Field, FileError, Solid, SparseGrid, TooLargeError, clip
 from frep import coordinates as position
-from frep.arguments import real, vector
-
-from .sampling_rules import box_of, sizes
+from frep.arguments import box_of, real, sizes, suggestion, vector
 
 _MOST_NODES = 4 * 10**8
 
@@ -53,15 +51,18 @@ def from_grid(
     """Numbers on a grid, interpolated trilinearly.
 
     Args:
-        values: (nx, ny, nz) numbers, `values[i, j, k]` at `origin + spacing * (i, j, k)`; or a `frep.SparseGrid`; or
-            the path of a `.vdb` file, whose first level set is read. A level set ends at plus or minus its background.
+        values: (nx, ny, nz) numbers, `values[i, j, k]` at `origin + spacing * (i, j, k)`, kept as float32 (masked ones
+            are NaN); or a `frep.SparseGrid`; or the path of a `.vdb` file, whose first level set is read. A level set
+            ends at plus or minus its background.
         spacing: distance of the numbers in mm, one or three; a SparseGrid and a file have their own.
         origin: position of `values[0, 0, 0]`, mm.
         periodic: repeat the grid every `spacing * (nx, ny, nz)` instead of continuing its outermost values.
         nan: what to put in place of NaN: "nearest" (the value of the nearest number) or a number; None to refuse it.
 
     Raises:
-        ArgumentError: no spacing; NaN or infinite values, with their count and the first place; another number of axes.
+        ArgumentTypeError: no real numbers.
+        ArgumentError: no spacing; NaN or infinite values, with their count and the first place; another number of axes;
+            a spacing, origin or period for a level set, which has its own.
         FileError: the file cannot be read.
 
     Example:
@@ -70,6 +71,10 @@ def from_grid(
         >>> ramp([[-5, 0, 0], [5, 3, 0], [20, 0, 0]])
         array([0. , 0.5, 2. ])
     """
+    nan = checked_nan(nan)
+    if isinstance(values, str | os.PathLike | SparseGrid) and (spacing is not None or periodic or np.any(origin)):
+        name = "spacing" if spacing is not None else "periodic" if periodic else "origin"
+        raise ArgumentError(f"{name}: a level set has its own, in mm; none can be given here")
     if isinstance(values, str | os.PathLike):
         from frep.io.vdb import read_vdb
 
@@ -99,7 +104,8 @@ def from_image(
         array: which array of the file; not needed where there is one.
         spacing: distance of the voxels in mm, one number or three (x, y, z); a file may have its own, which this
             replaces.
-        origin: centre of the first voxel, mm; a file's own, or (0, 0, 0).
+        origin: centre of the first voxel, mm; a file's own, or (0, 0, 0). The axes of a file that says how they are
+            turned (its direction matrix) stay turned.
         axes: "xyz" for `image[x, y, z]`, "zyx" for `image[slice, row, column]` (pictures are read so).
         nan: as for `from_grid`.
 
@@ -119,22 +125,24 @@ def from_image(
     """
     if axes not in ("xyz", "zyx"):
         raise ArgumentError(f'axes: expected "xyz" or "zyx", got {axes!r}')
-    label = "image"
+    nan, label, turned = checked_nan(nan), "image", np.eye(3)
     if isinstance(image, str | os.PathLike):
         label = Path(image).name
-        image = dataset(image)
+        image = dataset(image, "image")
     if hasattr(image, "point_data"):
-        image, own_spacing, own_origin = _image_data(image, array)
+        image, own_spacing, own_origin, first, turned = _image_data(image, array)
         spacing = own_spacing if spacing is None else spacing
-        origin = own_origin if origin is None else origin
+        origin = own_origin + turned @ (_spacing(spacing) * first) if origin is None else origin
         axes = "xyz"
+    elif array is not None:
+        raise ArgumentError(f"array: only a file or a dataset has arrays with names, got {array!r}")
     elif isinstance(image, Sequence) and len(image) and all(isinstance(s, str | os.PathLike) for s in image):
         image, axes = _pictures(image), "zyx"
     volume = _volume(image, "image")
     if axes == "zyx":
         volume = volume.transpose(2, 1, 0)
     start = np.zeros(3) if origin is None else vector(origin, "origin")
-    return grid_field(volume, _spacing(spacing), start, nan=nan, label=label, name="image")
+    return grid_field(volume, _spacing(spacing), start, nan=nan, label=label, name="image", turned=turned)
 
 
 def _spacing(spacing: Any) -> np.ndarray:
@@ -144,15 +152,42 @@ def _spacing(spacing: Any) -> np.ndarray:
 
 
 def _volume(values: Any, name: str = "values") -> np.ndarray:
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(float), np.nan)
     try:
-        array = np.asarray(values, dtype=np.float32)
-    except (TypeError, ValueError):
+        raw = np.asarray(values)
+        if raw.dtype.kind not in "biufO":
+            raise TypeError("no real numbers")
+        array = single_precision(raw, name)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, ArgumentError):
+            raise
         raise ArgumentTypeError(
-            f"{name}: expected an (nx, ny, nz) array of numbers, got {type(values).__name__}"
+            f"{name}: expected an (nx, ny, nz) array of real numbers, got {type(values).__name__}"
         ) from None
     if array.ndim != 3 or min(array.shape) < 1:
         raise ArgumentError(f"{name}: expected an array with three axes, got shape {array.shape}")
     return array
+
+
+def single_precision(values: np.ndarray, name: str) -> np.ndarray:
+    """As float32, as which grids are kept."""
+    with np.errstate(over="ignore"):
+        array = np.asarray(values, dtype=np.float32)
+    if array is not values and values.dtype.itemsize > 4:
+        lost = np.isinf(array) & np.isfinite(values.astype(float))
+        if lost.any():
+            raise ArgumentError(
+                f"{name}: {int(lost.sum()):,} of {lost.size:,} values are beyond 3.4e38, the most that a grid holds"
+            )
+    return array
+
+
+def checked_nan(nan: Any) -> float | str | None:
+    """What is to be put in place of NaN: None, "nearest" or a number, checked before there is any."""
+    if isinstance(nan, str) and nan != "nearest":
+        raise ArgumentError(f'nan: expected None, "nearest" or a number, got {nan!r}{suggestion(nan, ["nearest"])}')
+    return nan if nan is None or isinstance(nan, str) else real(nan, "nan", "the unit of the data")
 
 
 def _pictures(paths: Sequence[Any]) -> np.ndarray:
@@ -167,14 +202,25 @@ def _pictures(paths: Sequence[Any]) -> np.ndarray:
             picture = np.asarray(imread(path), dtype=np.float32)
         except Exception as error:
             raise FileError(f"image: cannot read {os.fspath(path)!r}: {error}") from error
-        slices.append(picture[..., :3].mean(axis=2) if picture.ndim == 3 else picture)
+        if picture.ndim == 3 and picture.shape[2] <= 4:
+            # Colours, and perhaps how opaque they are, after them.
+            picture = picture[..., : 3 if picture.shape[2] >= 3 else 1].mean(axis=2)
+        if picture.ndim != 2:
+            raise ArgumentError(
+                f"image: {os.fspath(path)!r} holds pages of shape {picture.shape}, no slice; give its pages as an array"
+            )
+        slices.append(picture)
     if len({s.shape for s in slices}) > 1:
         raise ArgumentError(f"image: the slices differ in size: {sorted({s.shape for s in slices})}")
     return np.stack(slices)
 
 
-def _image_data(image: Any, array: str | None) -> tuple[np.ndarray, tuple, np.ndarray]:
-    """Values, spacing and origin of a pyvista ImageData; voxel data lies at the centres of its cells."""
+def _image_data(image: Any, array: str | None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of a pyvista ImageData: values, spacing, origin, the index of the first value, (3, 3) directions of its axes.
+
+    A value lies at `origin + directions @ (spacing * index)`; those of voxels at the centres of cells. A piece of a
+    larger image has the index of its place in that.
+    """
     if not hasattr(image, "dimensions") or not hasattr(image, "spacing"):
         raise ArgumentError(
             f"image: expected an image with a spacing, got a {type(image).__name__}; use from_mesh_data"
@@ -184,40 +230,51 @@ def _image_data(image: Any, array: str | None) -> tuple[np.ndarray, tuple, np.nd
     # A slice has no spacing across.
     spacing = np.where(spacing > 0, spacing, 1.0)
     shape = tuple(np.asarray(image.dimensions))
+    first = np.asarray(image.extent, float)[::2]
     if association == "cell":
         shape = tuple(max(n - 1, 1) for n in shape)
-        origin = origin + 0.5 * spacing
+        first = first + 0.5
     if values.ndim != 1:
         raise ArgumentError(f"array: {array!r} holds {values.shape[1]} numbers a voxel, expected one")
     # VTK counts x fastest.
-    return values.reshape(shape, order="F"), tuple(spacing), origin
+    turned = np.asarray(getattr(image, "direction_matrix", np.eye(3)), float)
+    return values.reshape(shape, order="F"), spacing, origin, first, turned
 
 
-def dataset(path: Any) -> Any:
+def dataset(path: Any, name: str) -> Any:
     import pyvista
 
     if not Path(path).is_file():
-        raise FileError(f"path: there is no file {os.fspath(path)!r}")
+        raise FileError(f"{name}: there is no file {os.fspath(path)!r}")
     try:
-        return pyvista.read(path)
+        data = pyvista.read(path)
     except Exception as error:
-        raise FileError(f"path: cannot read {os.fspath(path)!r}: {error}") from error
+        raise FileError(f"{name}: cannot read {os.fspath(path)!r}: {error}") from error
+    # VTK complains of a broken file on the console only, and gives what it has.
+    if not isinstance(data, pyvista.MultiBlock) and getattr(data, "n_points", 0) == 0:
+        raise FileError(f"{name}: cannot read {os.fspath(path)!r}: it holds no points; is it whole?")
+    return data
 
 
 def array_of(data: Any, array: str | None) -> tuple[np.ndarray, str]:
     """An array of a dataset by name, and whether its numbers belong to points or cells."""
     points, cells = list(data.point_data.keys()), list(data.cell_data.keys())
-    there = ", ".join([*(f"{n!r} (points)" for n in points), *(f"{n!r} (cells)" for n in cells)]) or "none"
+    there = ", ".join([*(f"{n!r} (points)" for n in points), *(f"{n!r} (cells)" for n in cells)])
+    if not there:
+        raise ArgumentError("array: the data holds no arrays, only a shape")
     if array is None:
         if len(points) + len(cells) != 1:
             raise ArgumentError(f"array: which one? There are: {there}")
         array = (points + cells)[0]
-    # Copies: VTK frees the memory under a view with the dataset, whoever still reads it.
-    if array in points:
-        return np.array(data.point_data[array], float), "point"
-    if array in cells:
-        return np.array(data.cell_data[array], float), "cell"
-    raise ArgumentError(f"array: there is no {array!r}; there are: {there}")
+    if array not in points + cells:
+        raise ArgumentError(f"array: there is no {array!r}; there are: {there}{suggestion(array, points + cells)}")
+    association = "point" if array in points else "cell"
+    held = data.point_data[array] if array in points else data.cell_data[array]
+    try:
+        # Copies: VTK frees the memory under a view with the dataset, whoever still reads it.
+        return np.array(held, float), association
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"array: {array!r} holds no numbers, but {np.asarray(held).dtype}") from None
 
 
 def lattice(bounds: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, tuple[int, int, int], np.ndarray, np.ndarray]:
@@ -245,11 +302,22 @@ def grid_field(
     periodic: bool = False,
     label: str,
     name: str = "values",
+    turned: np.ndarray | None = None,
 ) -> Field:
-    """The Field of a grid, NaN replaced, at least two nodes along each axis, constant beyond its box."""
+    """The Field of a grid, NaN replaced, at least two nodes along each axis, constant beyond its box.
+
+    `turned` holds the directions of its axes in its columns, where they are not those of space.
+    """
     from frep.sampled import SampledGrid
 
-    values = _without_nan(np.asarray(values, np.float32), spacing, origin, nan, name)
+    if turned is not None and not np.array_equal(turned, np.eye(3)):
+        values = _without_nan(single_precision(values, name), spacing, origin, nan, name, turned)
+        still = grid_field(values, spacing, np.zeros(3), nan=None, periodic=periodic, label=label)
+        offsets = [p - float(o) for p, o in zip(position(), origin, strict=True)]
+        # The inverse is the transpose where the directions are at right angles, as they nearly always are.
+        rows = np.linalg.inv(turned).tolist()
+        return still.substitute(*(offsets[0] * r[0] + offsets[1] * r[1] + offsets[2] * r[2] for r in rows))
+    values = _without_nan(single_precision(values, name), spacing, origin, nan, name)
     extent = spacing * (np.array(values.shape) - 1)
     if periodic:
         values = np.pad(values, ((0, 1),) * 3, mode="wrap")
@@ -264,14 +332,20 @@ def grid_field(
 
 
 def _without_nan(
-    values: np.ndarray, spacing: np.ndarray, origin: np.ndarray, nan: float | str | None, name: str
+    values: np.ndarray,
+    spacing: np.ndarray,
+    origin: np.ndarray,
+    nan: float | str | None,
+    name: str,
+    turned: np.ndarray | None = None,
 ) -> np.ndarray:
     bad = ~np.isfinite(values)
     if not bad.any():
         return values
     if nan is None:
         first = np.argwhere(bad)[0]
-        place = ", ".join(f"{v:.6g}" for v in origin + spacing * first)
+        away = spacing * first if turned is None else turned @ (spacing * first)
+        place = ", ".join(f"{v:.6g}" for v in origin + away)
         raise ArgumentError(
             f"{name}: {int(bad.sum()):,} of {bad.size:,} values are NaN or infinite, the first at "
             f'[{", ".join(map(str, first))}], ({place}) mm; give nan="nearest" or a number to put in their place'
@@ -290,9 +364,7 @@ def filled(values: np.ndarray, bad: np.ndarray, spacing: np.ndarray, nan: float 
             )
         nearest = np.asarray(distance_transform_edt(bad, sampling=spacing, return_distances=False, return_indices=True))
         return values[tuple(nearest)]
-    if isinstance(nan, str):
-        raise ArgumentError(f'nan: expected None, "nearest" or a number, got {nan!r}')
-    return np.where(bad, np.float32(real(nan, "nan", "the unit of the data")), values)
+    return np.where(bad, np.float32(nan), values)
 
 
 # --- scattered points ------------------------------------------------------------------------------------------
@@ -309,12 +381,11 @@ def from_points(
     """Numbers at scattered points, interpolated onto a grid by scipy.
 
     Args:
-        points: (n, 3) positions, mm.
+        points: (n, 3) positions, mm. Of several at one place the mean counts.
         values: (n,) numbers.
         method: "nearest"; "linear" (in Delaunay tetrahedra; outside their hull the nearest value); "inverse distance"
             (Shepard 1968, of the eight nearest, weights 1 / d**2: never beyond the values); "rbf" (thin-plate spline of
-            the 50
-            nearest: smooth, reproduces linear functions, may overshoot).
+            the 50 nearest: smooth, reproduces linear functions, may overshoot).
         spacing: of the grid, mm, one number or three; a 64th of the longest side unless given.
         over: the box to cover, a Solid or two corners in mm; that of the points unless given.
 
@@ -334,7 +405,13 @@ def from_points(
     step = np.full(3, longest / 64) if spacing is None else sizes(spacing, "spacing")
     interpolate = _interpolator(at, held, method)
     nodes, shape, origin, step = lattice(box, step)
-    return grid_field(interpolate(nodes).reshape(shape), step, origin, nan=None, label="points")
+    try:
+        found = interpolate(nodes)
+    except np.linalg.LinAlgError:
+        raise ArgumentError(
+            'points: "rbf" needs points that do not lie in one plane near any place; try "nearest"'
+        ) from None
+    return grid_field(found.reshape(shape), step, origin, nan=None, label="points")
 
 
 def _scattered(points: Any, values: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -350,6 +427,10 @@ def _scattered(points: Any, values: Any) -> tuple[np.ndarray, np.ndarray]:
         bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         if len(bad):
             raise ArgumentError(f"{name}: {len(bad):,} of {len(at):,} are NaN or infinite, the first at row {bad[0]}")
+    places, owner = np.unique(at, axis=0, return_inverse=True)
+    if len(places) < len(at):
+        owner = owner.reshape(-1)
+        return places, np.bincount(owner, held) / np.bincount(owner)
     return at, held
 
 
@@ -375,7 +456,10 @@ def _interpolator(at: np.ndarray, held: np.ndarray, method: str) -> Callable[[np
 
         return shepard
     if method != "linear":
-        raise ArgumentError(f'method: expected "nearest", "linear", "inverse distance" or "rbf", got {method!r}')
+        known = ("nearest", "linear", "inverse distance", "rbf")
+        raise ArgumentError(
+            f'method: expected "nearest", "linear", "inverse distance" or "rbf", got {method!r}{suggestion(method, known)}'
+        )
     try:
         inside = LinearNDInterpolator(at, held)
     except (QhullError, ValueError) as error:

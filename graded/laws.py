@@ -22,9 +22,9 @@ import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, as_field, clip, maximum, sin, sqrt, square, where
 from frep import coordinates as position
-from frep.arguments import direction, positive, real, vector
+from frep.arguments import box_of, direction, positive, real, sizes, suggestion, vector
 
-from .sampling_rules import box_of, per_cell, sizes
+from .sampling_rules import per_cell
 
 
 class Where(TypedDict, total=False):
@@ -52,16 +52,22 @@ def _frame(options: Where) -> tuple[Field, Field, Field]:
     """The coordinates in which positions count."""
     unknown = [name for name in options if name not in _KNOWN]
     if unknown:
-        raise ArgumentTypeError(f"{unknown[0]}: no such argument; a law also takes {', '.join(_KNOWN)}")
+        raise ArgumentTypeError(
+            f"{unknown[0]}: no such argument; a law also takes {', '.join(_KNOWN)}{suggestion(unknown[0], _KNOWN)}"
+        )
     kind = options.get("coordinates", "world")
     over, cell, sample = options.get("over"), options.get("cell"), options.get("sample", "point")
     if sample in ("node", "foot"):
         name = "at_nodes(law, topology)" if sample == "node" else "at_foot(law, distance)"
         raise ArgumentError(f"sample: {sample!r} is a function of its own, graded.{name}")
     if sample not in ("point", "cell"):
-        raise ArgumentError(f'sample: expected "point" or "cell", got {sample!r}')
-    if kind not in ("world", "normalised", "cell"):
-        raise ArgumentError(f'coordinates: expected "world", "normalised" or "cell", got {kind!r}')
+        raise ArgumentError(
+            f'sample: expected "point" or "cell", got {sample!r}{suggestion(sample, ("point", "cell"))}'
+        )
+    if kind not in (kinds := ("world", "normalised", "cell")):
+        raise ArgumentError(
+            f'coordinates: expected "world", "normalised" or "cell", got {kind!r}{suggestion(kind, kinds)}'
+        )
     if (kind == "normalised") != (over is not None):
         raise ArgumentError('over: a Solid or two corners go with coordinates="normalised", and with nothing else')
     if (kind == "cell" or sample == "cell") != (cell is not None):
@@ -82,7 +88,7 @@ def _along(axis: FieldLike | str, options: Where) -> Field:
     frame = _frame(options)
     if isinstance(axis, str):
         if axis not in ("x", "y", "z"):
-            raise ArgumentError(f'axis: expected "x", "y", "z" or a Field, got {axis!r}')
+            raise ArgumentError(f'axis: expected "x", "y", "z" or a Field, got {axis!r}{suggestion(axis, "xyz")}')
         return frame["xyz".index(axis)]
     return as_field(axis, "axis").substitute(*frame)
 
@@ -143,6 +149,22 @@ def parabola(
     # 4 s (1 - s), written so that its bounds are those of its values.
     hill = 1.0 - square(2.0 * _share(axis, start, stop, options) - 1.0)
     return _read(_between(ends, middle, hill, ("ends", "middle")), options)
+
+
+def parabola_thesis(
+    axis: FieldLike | str, start: float, stop: float, ends: FieldLike, middle: FieldLike, **options: Unpack[Where]
+) -> Field:
+    """The parabola as the thesis prints it (LF-rep 4.1): `-4 middle (s - 1/2)^2 + middle + ends`.
+
+    It passes `middle` by `ends` halfway: D_min = 1 and D_max = 6 peak at 7. For parts that must be like those printed
+    there; `parabola` is the law that was meant. Arguments as for `linear`.
+
+    Example:
+        >>> parabola_thesis("x", 0, 200, ends=1, middle=6)([[0, 0, 0], [100, 0, 0], [200, 0, 0]])
+        array([1., 7., 1.])
+    """
+    hill = 1.0 - square(2.0 * _share(axis, start, stop, options) - 1.0)
+    return _read(as_field(ends, "ends") + as_field(middle, "middle") * hill, options)
 
 
 def sine(
@@ -250,8 +272,8 @@ def power(
     """
     e = positive(exponent, "exponent", "")
     s = _share(axis, start, stop, options)
-    # Other than whole powers go through a logarithm, which has no value at 0.
-    raised = s**e if e.is_integer() or e == 0.5 else maximum(s, _TINY) ** e
+    # Other than whole powers go through a logarithm, which has no value at 0; where the power has one.
+    raised = s**e if e.is_integer() or e == 0.5 else where(s > _TINY, maximum(s, _TINY) ** e, 0.0)
     return _read(_between(low, high, raised), options)
 
 
@@ -290,7 +312,10 @@ def smoothstep(
 
 
 def piecewise(
-    axis: FieldLike | str, positions: Sequence[float], laws: Sequence[FieldLike], **options: Unpack[Where]
+    axis: FieldLike | str,
+    positions: Sequence[float] | np.ndarray,
+    laws: Sequence[FieldLike] | np.ndarray,
+    **options: Unpack[Where],
 ) -> Field:
     """One law before the first position, another up to the second, and so on.
 
@@ -310,6 +335,8 @@ def piecewise(
     at = _numbers(positions, "positions")
     if np.any(np.diff(at) <= 0):
         raise ArgumentError(f"positions: expected rising positions, got {positions!r}")
+    if isinstance(laws, np.ndarray):
+        laws = laws.tolist()
     if isinstance(laws, str) or not isinstance(laws, Sequence) or len(laws) != len(at) + 1:
         raise ArgumentError(f"laws: expected {len(at) + 1} laws for {len(at)} positions, got {laws!r}")
     along = _along(axis, options)

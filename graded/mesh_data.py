@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, Field, foreign
-from frep.arguments import positive, real
+from frep.arguments import positive, sizes
 
-from .data import array_of, dataset, filled, grid_field, lattice
-from .sampling_rules import sizes
+from .data import array_of, checked_nan, dataset, filled, grid_field, lattice
 
 _CLOSEST = 50_000
 """Most grid nodes beside a mesh that get the value of the closest point on it; beyond, that of the closest node."""
@@ -34,8 +33,9 @@ def from_mesh_data(
     """A result on the nodes or cells of a mesh, such as a stress of a finite-element calculation.
 
     Inside the mesh the values are VTK's own interpolation in each cell, quadratic ones included (numbers of cells are
-    constant in each); outside it the value at the nearest point of the mesh. Quadratic cells with results on their
-    corners only are taken as linear.
+    constant in each); outside it the value at the nearest point of the mesh: a mesh of triangles or shells, which has
+    no inside, gives its values to the space about it. Quadratic cells with results on their corners only are taken as
+    linear.
 
     Args:
         data: path of a mesh with results (`.vtk`, `.vtu`, whatever pyvista reads), or a pyvista dataset.
@@ -57,10 +57,10 @@ def from_mesh_data(
         >>> from_mesh_data(block, "load", spacing=0.5)([[0.3, 1, 1], [9, 1, 1]]).round(6)
         array([0.6, 4. ])
     """
-    factor = positive(scale, "scale")
+    factor, nan = positive(scale, "scale", " of mm for each unit of the mesh"), checked_nan(nan)
     step = None if spacing is None else sizes(spacing, "spacing") / factor
     label = Path(data).name if isinstance(data, str | os.PathLike) else "mesh data"
-    mesh = _single(dataset(data) if isinstance(data, str | os.PathLike) else data, "data")
+    mesh = _single(dataset(data, "data") if isinstance(data, str | os.PathLike) else data, "data")
     values, association = array_of(mesh, array)
     values = _component(values, component, array)
     mesh, values = _mended(mesh, values, association)
@@ -74,11 +74,12 @@ def from_mesh_data(
 
         return foreign(at, name=label)
     nodes, shape, origin, step = lattice(np.reshape(mesh.bounds, (3, 2)).T, step)
-    found, inside = probe(nodes)
+    on = nodes if _has_inside(mesh) else _closest_on(mesh, nodes)
+    found, inside = probe(on)
     _refuse_nan(found, inside, factor * nodes, nan)
     known = inside & np.isfinite(found)
     if nan is not None and nan != "nearest":
-        found[inside & ~known] = real(nan, "nan", "the unit of the data")
+        found[inside & ~known] = nan
         known = inside
     _fill_rim(mesh, probe, nodes, found, known, inside, shape)
     field = filled(found.reshape(shape), ~known.reshape(shape), step, "nearest") if not known.all() else found
@@ -97,16 +98,28 @@ def _single(data: Any, name: str) -> Any:
 
 
 def _component(values: np.ndarray, component: int | str | None, array: str | None) -> np.ndarray:
+    index = int(component) if isinstance(component, int | np.integer) and not isinstance(component, bool) else None
+    what = "the array" if array is None else repr(array)
     if values.ndim == 1:
-        return values
+        if component is None or index == 0:
+            return values
+        raise ArgumentError(f"component: {what} holds one number a place, so that there is no {component!r}")
     n = values.shape[1]
-    if component == "magnitude":
+    if isinstance(component, str) and component == "magnitude":
         return np.linalg.norm(values, axis=1)
-    if isinstance(component, int) and 0 <= component < n:
-        return values[:, component]
+    if index is not None and 0 <= index < n:
+        return values[:, index]
     raise ArgumentError(
-        f'component: {array!r} holds {n} numbers a place; give 0 to {n - 1} or "magnitude", got {component!r}'
+        f'component: {what} holds {n} numbers a place; give 0 to {n - 1} or "magnitude", got {component!r}'
     )
+
+
+def _has_inside(mesh: Any) -> bool:
+    """Whether some of its cells are solid, so that points can lie in them."""
+    import pyvista
+
+    kinds = mesh.celltypes if isinstance(mesh, pyvista.UnstructuredGrid) else np.zeros(min(mesh.n_cells, 1))
+    return any(mesh.get_cell(int(one)).dimension == 3 for one in np.unique(kinds, return_index=True)[1])
 
 
 def _mended(mesh: Any, values: np.ndarray, association: str) -> tuple[Any, np.ndarray]:
@@ -193,7 +206,7 @@ def _at_points(mesh: Any, probe: Callable, points: np.ndarray, nan: float | str 
         found[~inside], inside[~inside] = probe(_closest_on(mesh, points[~inside]))
     bad = ~(inside & np.isfinite(found))
     if bad.any() and nan is not None and nan != "nearest":
-        found[bad] = real(nan, "nan", "the unit of the data")
+        found[bad] = nan
     elif bad.any():
         held = np.array(mesh.points, float)
         near, there = probe(held)

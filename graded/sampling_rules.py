@@ -1,59 +1,24 @@
-"""Where a parameter is read: at the point itself, once a cell, at the nodes of a graph, or at the foot on a surface.
+"""Where a parameter is read: at the point itself, once a cell, at the nodes of a graph, or at the foot.
 
 LF-rep 5 names four rules. A law is a Field, so that three of them are Field arithmetic: `point` is the law as it is,
 `cell` reads it at the centre of the cell (`per_cell`), and `foot` at the nearest point of a surface whose distance is a
-Field (`at_foot`). `node` gives numbers instead of a Field (`at_nodes`). Beams of a periodic cell have no `foot`: the
-kernel tells how far the nearest beam is, not where on it the nearest point lies; for an explicit graph `at_nodes` gives
-the same tapered beams.
+Field (`at_foot`). The foot on a beam is a point of its axis: a law read there makes tapered beams, which `along_beams`
+puts together from exact cones, as many as the law needs. `node` reads the law at the nodes alone (`at_nodes`), and
+beams taper evenly between them. Both are for explicit graphs, which `topology.over(region)` makes of a periodic
+lattice.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, Solid, as_field, clip, coordinates, floor
-from frep.arguments import vector
-
-
-def sizes(value: Any, name: str) -> np.ndarray:
-    """One size or three as (3,) positive mm.
-
-    Raises:
-        ArgumentError: not positive, not finite, or neither one number nor three.
-        ArgumentTypeError: no numbers.
-    """
-    if isinstance(value, Field) or callable(value):
-        raise ArgumentTypeError(f"{name}: expected a number or three numbers in mm, got {value!r}")
-    try:
-        size = np.broadcast_to(np.asarray(value, dtype=float), (3,)).copy()
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name}: expected a number or three numbers in mm, got {value!r}") from None
-    if not np.all(np.isfinite(size) & (size > 0)):
-        raise ArgumentError(f"{name}: expected finite sizes > 0 mm, got {value!r}")
-    return size
-
-
-def box_of(over: Any, name: str = "over") -> np.ndarray:
-    """The (2, 3) box of a bounded Solid, or of two corners in mm.
-
-    Raises:
-        ArgumentError: an infinite solid, or corners that are not two points in order.
-    """
-    if isinstance(over, Solid):
-        if not over.is_bounded:
-            raise ArgumentError(f"{name}: expected a bounded solid, got {over!r}; intersect it with a box first")
-        return np.array(over.bounds)
-    try:
-        box = np.array(over, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a Solid or ((x0, y0, z0), (x1, y1, z1)), got {over!r}") from None
-    if box.shape != (2, 3) or not np.all(np.isfinite(box)) or not np.all(box[0] < box[1]):
-        raise ArgumentError(
-            f"{name}: expected a Solid or finite ((x0, y0, z0), (x1, y1, z1)) with lower < upper, got {over!r}"
-        )
-    return box
+from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, as_field, clip, coordinates, floor
+from frep.arguments import positive, sizes, vector
+from frep.graphs import divided
+from frep.skeleton import GraphSkeleton
 
 
 def per_cell(law: FieldLike, cell: Any, origin: Any = (0.0, 0.0, 0.0)) -> Field:
@@ -85,7 +50,7 @@ def at_nodes(law: FieldLike, topology: Any) -> np.ndarray:
 
     Args:
         law: number, Field or function of position.
-        topology: a topology of `topologies.beams` that was made from nodes, such as `beams.graph`.
+        topology: an explicit graph of `topologies.beams`: `beams.graph`, or a periodic lattice's `over(region)`.
 
     Returns:
         (n,) numbers, what `thicken` takes as `diameter`.
@@ -100,15 +65,84 @@ def at_nodes(law: FieldLike, topology: Any) -> np.ndarray:
         >>> at_nodes(lambda x, y, z: 1 + x / 10, strut)
         array([1., 2.])
     """
+    return as_field(law, "law")(_graph_of(topology).nodes)
+
+
+def along_beams(law: FieldLike, topology: Any, *, tolerance: float = 0.01) -> tuple[Any, np.ndarray]:
+    """A graph whose beams taper as a law says along their axes (LF-rep 5, "foot"), and its diameters at the nodes.
+
+    Beams along which the law is not straight get nodes in between, where it bends and only as many as it takes.
+
+    Args:
+        law: number, Field or function of position, mm.
+        topology: an explicit graph of `topologies.beams`, such as a periodic lattice's `over(region)`.
+        tolerance: how far the diameter may be off the law along an axis, mm. Where the law jumps, it is off next to the
+            jump, over a thousandth of the beam at most.
+
+    Returns:
+        The graph, and (n,) numbers, what its `thicken` takes as `diameter`.
+
+    Raises:
+        ArgumentTypeError: something without a skeleton.
+        ArgumentError: a periodic topology, a tolerance that is not positive.
+
+    Example:
+        >>> from topologies import beams
+        >>> strut = beams.graph([(0, 0, 0), (10, 0, 0)], [(0, 1)])
+        >>> along_beams(lambda x, y, z: 1 + x / 10, strut)
+        (<graph: 2 nodes, 1 beams>, array([1., 2.]))
+        >>> bent, diameter = along_beams(lambda x, y, z: 1 + (x / 10) ** 2, strut, tolerance=0.02)
+        >>> bent, diameter
+        (<graph: 5 nodes, 4 beams>, array([1.    , 2.    , 1.0625, 1.25  , 1.5625]))
+        >>> part = bent.thicken(diameter)
+    """
+    skeleton, field, off = _graph_of(topology), as_field(law, "law"), positive(tolerance, "tolerance")
+    beams, shares = _bends(field, skeleton.segments(), off)
+    if not len(beams):
+        return topology, field(skeleton.nodes)
+    finer = divided(skeleton, beams, shares)
+    return replace(topology, skeleton=finer), field(finer.nodes)
+
+
+_LOOKS = 8
+"""Into how many parts a piece of a beam is taken to see whether a law is straight along it."""
+_MOST_HALVINGS = 10
+
+
+def _bends(field: Field, ends: np.ndarray, off: float) -> tuple[np.ndarray, np.ndarray]:
+    """Beams (k,) and shares of their lengths (k,) between which a law is straight to `off`, by halving."""
+    beam, low = np.arange(len(ends)), np.zeros(len(ends))
+    found = [(np.zeros(0, np.int64), np.zeros(0))]
+    steps = np.linspace(0.0, 1.0, _LOOKS + 1)
+    for halving in range(_MOST_HALVINGS):
+        width = 0.5**halving
+        shares = low[:, None] + width * steps
+        points = ends[beam, None, 0] + shares[..., None] * (ends[beam, 1] - ends[beam, 0])[:, None, :]
+        values = field(points.reshape(-1, 3)).reshape(shares.shape)
+        straight = values[:, :1] + steps * (values[:, -1:] - values[:, :1])
+        bent = np.abs(values - straight).max(axis=1) > off
+        beam, low = beam[bent], low[bent]
+        if not len(beam):
+            break
+        middle = low + 0.5 * width
+        found.append((beam, middle))
+        beam, low = np.concatenate([beam, beam]), np.concatenate([low, middle])
+    return np.concatenate([b for b, _ in found]), np.concatenate([s for _, s in found])
+
+
+def _graph_of(topology: Any) -> GraphSkeleton:
+    """The skeleton of an explicit topology."""
     skeleton = getattr(topology, "skeleton", None)
     if skeleton is None:
         raise ArgumentTypeError(f"topology: expected a beam topology with nodes, got {type(topology).__name__}")
-    if not np.all(np.isfinite(skeleton.bounds)):
-        raise ArgumentError(
-            f"topology: {topology!r} repeats without end, so that a number a node cannot vary; give the Field itself, "
-            "or make an explicit graph"
-        )
-    return as_field(law, "law")(skeleton.nodes)
+    if not isinstance(skeleton, GraphSkeleton):
+        if not np.all(np.isfinite(skeleton.bounds)):
+            raise ArgumentError(
+                f"topology: {topology!r} repeats without end, so that a number a node cannot vary; take the beams of a "
+                "region, topology.over(region), or give the Field itself"
+            )
+        raise ArgumentTypeError(f"topology: expected an explicit graph, got {topology!r}, whose nodes are not stored")
+    return skeleton
 
 
 def at_foot(law: FieldLike, distance: FieldLike) -> Field:
@@ -120,7 +154,10 @@ def at_foot(law: FieldLike, distance: FieldLike) -> Field:
             exact.
 
     The foot of X is X - d grad d. Sampled distances (periodic surfaces, loaded bodies) are differenced for the slope,
-    which costs six more evaluations of each.
+    which costs six more evaluations of each. For beams there is `along_beams`.
+
+    Raises:
+        ArgumentTypeError: no Field, a beam topology.
 
     Example:
         >>> import frep
@@ -128,6 +165,10 @@ def at_foot(law: FieldLike, distance: FieldLike) -> Field:
         >>> at_foot(x, frep.sphere((0, 0, 0), 5).field)([[3, 0, 0], [50, 0, 0], [-1, 0, 0]])
         array([ 5.,  5., -5.])
     """
+    if hasattr(distance, "skeleton"):
+        raise ArgumentTypeError(
+            f"distance: expected a Field, got {distance!r}; for beams there is along_beams(law, graph)"
+        )
     field, d = as_field(law, "law"), as_field(distance, "distance")
     if field.is_constant:
         return field

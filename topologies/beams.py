@@ -1,26 +1,33 @@
 """Beam topologies: periodic cells and explicit graphs of straight beams.
 
 A topology has no thickness; `thicken` composes it with parameter fields into a Solid. Cells fill all space: intersect with a
-bounded solid before meshing.
+bounded solid before meshing, or take the beams of a region alone with `over`. What a topology can do is in
+`topologies.beam_topology`; several of them in one part, in `topologies.assembly`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 
 import frep
-from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, Solid
-from frep.arguments import real
+from frep import ArgumentError, ArgumentTypeError, Field, FieldLike
+from frep.arguments import box_of, real, sizes
 from frep.errors import warn
-from frep.skeleton import GraphSkeleton, PeriodicSkeleton, Skeleton
-from frep.thicken import Rectangle, thickened
+from frep.skeleton import GraphSkeleton, PeriodicSkeleton
+from frep.thicken import Rectangle
 
 from . import beam_cells
+from .assembly import DisconnectedWarning as DisconnectedWarning
+from .assembly import Transition as Transition
+from .assembly import assemble as assemble
+from .assembly import cell_map as cell_map
+from .beam_topology import BeamTopology
+from .truncation import truncated
 
 _MERGE = 1e-9
 """Nodes closer than this, of the size of the cell or graph, are one."""
@@ -30,71 +37,6 @@ _ARCHIMEDEAN = 1.0 / (2.0 + math.sqrt(2.0))
 
 class DanglingBeamWarning(UserWarning):
     """A beam of a periodic cell that ends in the air: no other starts from its end, in this cell or the next."""
-
-
-@dataclass(frozen=True, eq=False)
-class BeamTopology:
-    """A skeleton of beams, made by the functions of this module. `skeleton` answers ball queries."""
-
-    skeleton: Skeleton
-    label: str
-
-    def __repr__(self) -> str:
-        return f"<{self.label}: {len(self.skeleton.nodes)} nodes, {len(self.skeleton.edges)} beams>"
-
-    def thicken(
-        self,
-        diameter: FieldLike | np.ndarray | list[float],
-        *,
-        node: FieldLike | None = None,
-        section: str | Rectangle = "circle",
-        blend: FieldLike = 0.0,
-    ) -> Solid:
-        """Beams of the given diameter, joined by node balls where `node` is given.
-
-        Args:
-            diameter: full width of the beams in mm: a number, a Field or a function of position; or, for an explicit graph,
-                one number a node, between which beams taper (exact sphere-swept cones). For a square section, its side.
-            node: diameter of a ball at every node, number or Field; None for none. Round beams end in half balls and need
-                none; square ones end flat.
-            section: "circle", "square", or `square(fillet=...)` for a rounded square. Sections stand upright: their first
-                side is horizontal (lf-rep 3.2).
-            blend: radius in mm of the fillet between beams, number or Field. It is exact where two surfaces meet at a
-                right angle. Where a Field for `node`, `blend` or a fillet falls below zero it counts as zero.
-
-        The field is an exact distance outside while the diameter is constant and nothing blends.
-
-        Raises:
-            ArgumentError: a diameter, node or blend that is not positive, or a wrong number of node diameters.
-            ArgumentTypeError: a Field where numbers are needed.
-
-        Example:
-            >>> import frep
-            >>> part = simple_cubic(cell=10).thicken(2) & frep.box((0, 0, 0), (10, 10, 10))
-            >>> part.contains([[5, 0.5, 0.5], [5, 5, 5]])
-            array([ True, False])
-        """
-        return thickened(self.skeleton, diameter, node=node, section=section, blend=blend, label=self.label)
-
-    def check(self) -> list[beam_cells.Fault]:
-        """What is wrong with a periodic cell, the worst first; empty for a sound one.
-
-        Looks for nodes that coincide or miss each other (in the cell or across its period), beams that cross or run along each
-        other where they have no node, nodes at which only one beam ends, and lattices of several parts that never touch.
-
-        Raises:
-            ArgumentTypeError: an explicit graph, which has no period.
-
-        Example:
-            >>> bcc(cell=5).check()
-            []
-            >>> for fault in columns(cell=5).check():
-            ...     print(fault)
-            edges: the lattice falls into columns or layers that never touch
-        """
-        if not isinstance(self.skeleton, PeriodicSkeleton):
-            raise ArgumentTypeError(f"check: expected a periodic cell, got {self!r}")
-        return beam_cells.faults(self.skeleton.nodes, self.skeleton.edges, self.skeleton.size)
 
 
 def square(fillet: FieldLike = 0.0) -> Rectangle:
@@ -142,20 +84,6 @@ def _nodes_and_edges(nodes: Any, edges: Any) -> tuple[np.ndarray, np.ndarray]:
     return n, e
 
 
-def _cell_size(value: Any, name: str) -> np.ndarray:
-    if isinstance(value, Field) or callable(value):
-        raise ArgumentTypeError(
-            f"{name}: expected a number or three numbers in mm, got a Field; grade by a coordinate map"
-        )
-    try:
-        size = np.broadcast_to(np.asarray(value, dtype=float), (3,)).copy()
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a number or three numbers in mm, got {value!r}") from None
-    if not np.all(np.isfinite(size) & (size > 0)):
-        raise ArgumentError(f"{name}: expected finite sizes > 0 mm, got {value!r}")
-    return size
-
-
 def cell(nodes, edges, *, size: Any = 1.0, label: str = "cell", check: bool = True) -> BeamTopology:
     """A custom periodic cell.
 
@@ -182,7 +110,7 @@ def cell(nodes, edges, *, size: Any = 1.0, label: str = "cell", check: bool = Tr
         <cell: 2 nodes, 1 beams>
     """
     n, e = _nodes_and_edges(nodes, edges)
-    period = _cell_size(size, "size")
+    period = sizes(size, "size")
     if check:
         _refuse_faults(n, e, period)
     return BeamTopology(PeriodicSkeleton(n, e[beam_cells.distinct_edges(n, e, period)], period), label)
@@ -210,12 +138,12 @@ def combine(*topologies: BeamTopology, check: bool = True) -> BeamTopology:
     Nodes that coincide become one, and beams that two groups share are kept once.
 
     Args:
-        topologies: periodic topologies of equal period.
+        topologies: periodic topologies of equal period. Those that were moved must all have been moved alike.
         check: as for `cell`: refuse groups whose beams cross where they have no node.
 
     Raises:
         ArgumentTypeError: something that is no periodic topology.
-        ArgumentError: no topology, different periods, beams that cross or run along each other.
+        ArgumentError: no topology, different periods, different places, beams that cross or run along each other.
 
     Example:
         >>> combine(bcc(cell=5), columns(cell=5))
@@ -234,12 +162,18 @@ def combine(*topologies: BeamTopology, check: bool = True) -> BeamTopology:
         if not np.allclose(skeleton.size, period, rtol=_MERGE, atol=0.0):
             sizes = " and ".join(" x ".join(f"{x:g}" for x in size) for size in (period, skeleton.size))
             raise ArgumentError(f"topologies: expected equal periods, got {sizes} mm at places 1 and {i + 1}")
+        if topologies[i].placement != topologies[0].placement:
+            raise ArgumentError(
+                f"topologies: {topologies[0]!r} and {topologies[i]!r} at places 1 and {i + 1} were not moved alike; combine "
+                "them before they are moved, or assemble them over a region"
+            )
     nodes, edges = beam_cells.table(line for sk in skeletons for line in (sk.segments() / period).tolist())
     if check:
         groups = [t.label for t, sk in zip(topologies, skeletons, strict=True) for _ in sk.edges]
         _refuse_faults(nodes * period, edges, period, groups)
     label = " + ".join(topology.label for topology in topologies)
-    return cell(nodes * period, edges, size=period, label=label, check=False)
+    combined = cell(nodes * period, edges, size=period, label=label, check=False)
+    return replace(combined, placement=topologies[0].placement)
 
 
 def graph(nodes, edges) -> BeamTopology:
@@ -266,14 +200,14 @@ def graph(nodes, edges) -> BeamTopology:
 
 def _unit_cell(lines: Iterable[beam_cells.Line], size: Any, label: str) -> BeamTopology:
     """A cell from a table of lines in the unit cube. The tables are sound, so that nothing is checked."""
-    period = _cell_size(size, "cell")
+    period = sizes(size, "cell")
     nodes, edges = beam_cells.table(lines)
     return cell(nodes * period, edges, size=period, label=label, check=False)
 
 
 def _inset(value: Any, name: str, size: Any, default: float) -> float:
     """A length in mm from 0 to half of the shortest side of the cell, as a share of that side; exact at both ends."""
-    side = float(_cell_size(size, "cell").min())
+    side = float(sizes(size, "cell").min())
     if value is None:
         return default
     share = real(value, name, "mm") / side
@@ -282,6 +216,25 @@ def _inset(value: Any, name: str, size: Any, default: float) -> float:
             f"{name}: expected 0 to {0.5 * side:g} mm, half of the shortest side of the cell, got {value!r}"
         )
     return 0.0 if share < _MERGE else 0.5 if share > 0.5 - _MERGE else share
+
+
+def _truncation(
+    lines: Callable[[float], list[beam_cells.Line]],
+    size: Any,
+    value: Any,
+    name: str,
+    over: Any,
+    label: str,
+    default: float,
+) -> BeamTopology:
+    """A truncated polyhedron: a periodic cell for a number, a graph where the truncation varies."""
+    if isinstance(value, Field) or callable(value):
+        if over is None:
+            raise ArgumentTypeError(f"{name}: expected a number in mm, got a Field, which needs over=region to vary in")
+        period, box = sizes(size, "cell"), box_of(over, "over")
+        return truncated(lines, period, value, box, name=name, label=label, centred=name == "setback")
+    topology = _unit_cell(lines(_inset(value, name, size, default)), size, label)
+    return topology if over is None else topology.over(box_of(over, "over"))
 
 
 def simple_cubic(cell: Any = 10.0) -> BeamTopology:
@@ -358,16 +311,20 @@ def diamond(cell: Any = 10.0) -> BeamTopology:
     return _unit_cell(beam_cells.diamond(), cell, "diamond")
 
 
-def rhombicuboctahedron(cell: Any = 10.0, *, tau: float | None = None) -> BeamTopology:
+def rhombicuboctahedron(cell: Any = 10.0, *, tau: FieldLike | None = None, over: Any = None) -> BeamTopology:
     """Rhombicuboctahedra: squares on the faces of the cell, triangles at its corners (LF-rep Table 3.3).
 
     Args:
         cell: mm, a number or three.
         tau: truncation in mm, 0 (simple cubic) to half the cell (octahedra); of a cuboid cell along its shortest side, along
-            the others in proportion. None for the Archimedean solid, whose edges are equal: cell / (2 + sqrt 2).
+            the others in proportion. None for the Archimedean solid, whose edges are equal: cell / (2 + sqrt 2). A Field or
+            a function of position makes a transition (LF-rep 6.3): each node goes by the truncation at its corner of the
+            cells, so that neighbours meet.
+        over: the region of a transition, a bounded Solid or two corners in mm: its beams, as by `BeamTopology.over`.
 
     Raises:
-        ArgumentError: tau out of its range.
+        ArgumentError: tau out of its range, somewhere.
+        ArgumentTypeError: a tau that varies without `over`.
 
     Example:
         >>> rhombicuboctahedron(cell=10, tau=2)
@@ -375,43 +332,52 @@ def rhombicuboctahedron(cell: Any = 10.0, *, tau: float | None = None) -> BeamTo
         >>> rhombicuboctahedron(cell=10, tau=0)
         <rhombicuboctahedron: 8 nodes, 3 beams>
     """
-    share = _inset(tau, "tau", cell, _ARCHIMEDEAN)
-    return _unit_cell(beam_cells.rhombicuboctahedron(share), cell, "rhombicuboctahedron")
+    return _truncation(beam_cells.rhombicuboctahedron, cell, tau, "tau", over, "rhombicuboctahedron", _ARCHIMEDEAN)
 
 
-def truncated_cube(cell: Any = 10.0, *, tau: float | None = None) -> BeamTopology:
+def truncated_cube(cell: Any = 10.0, *, tau: FieldLike | None = None, over: Any = None) -> BeamTopology:
     """Truncated cubes: octagons on the faces of the cell, corners cut off by triangles (LF-rep Table 3.4).
 
     Args:
         cell: mm, a number or three.
         tau: truncation in mm, 0 (simple cubic) to half the cell (cuboctahedra); of a cuboid cell along its shortest side,
-            along the others in proportion. None for the Archimedean solid, whose edges are equal: cell / (2 + sqrt 2).
+            along the others in proportion. None for the Archimedean solid, whose edges are equal: cell / (2 + sqrt 2). A
+            Field or a function of position makes a transition, as for `rhombicuboctahedron`.
+        over: the region of a transition, a bounded Solid or two corners in mm.
 
     Raises:
-        ArgumentError: tau out of its range.
+        ArgumentError: tau out of its range, somewhere.
+        ArgumentTypeError: a tau that varies without `over`.
+
+    Example:
+        >>> import frep
+        >>> x, y, z = frep.coordinates()
+        >>> truncated_cube(cell=10, tau=z / 4, over=((0, 0, 0), (10, 10, 20)))
+        <truncated_cube: 28 nodes, 48 beams>
     """
-    share = _inset(tau, "tau", cell, _ARCHIMEDEAN)
-    return _unit_cell(beam_cells.truncated_cube(share), cell, "truncated_cube")
+    return _truncation(beam_cells.truncated_cube, cell, tau, "tau", over, "truncated_cube", _ARCHIMEDEAN)
 
 
-def truncated_octahedron(cell: Any = 10.0, *, setback: float | None = None) -> BeamTopology:
+def truncated_octahedron(cell: Any = 10.0, *, setback: FieldLike | None = None, over: Any = None) -> BeamTopology:
     """Truncated octahedra, squares on the faces of the cell: the Kelvin cell and its relatives.
 
     Args:
         cell: mm, a number or three.
         setback: half the diagonal of the squares in mm, 0 (octahedron) to half the cell (cuboctahedron); of a cuboid cell
             along its shortest side, along the others in proportion. None for a quarter of the cell: Kelvin's, whose edges
-            are equal. Octahedron <- Kelvin -> cuboctahedron is LatticeRobot's family.
+            are equal. Octahedron <- Kelvin -> cuboctahedron is LatticeRobot's family. A Field or a function of position
+            makes a transition: each square goes by the setback at its middle.
+        over: the region of a transition, a bounded Solid or two corners in mm.
 
     Raises:
-        ArgumentError: setback out of its range.
+        ArgumentError: setback out of its range, somewhere.
+        ArgumentTypeError: a setback that varies without `over`.
 
     Example:
         >>> truncated_octahedron(cell=10)
         <truncated_octahedron: 24 nodes, 24 beams>
     """
-    share = _inset(setback, "setback", cell, 0.25)
-    return _unit_cell(beam_cells.truncated_octahedron(share), cell, "truncated_octahedron")
+    return _truncation(beam_cells.truncated_octahedron, cell, setback, "setback", over, "truncated_octahedron", 0.25)
 
 
 def octahedron(cell: Any = 10.0) -> BeamTopology:
@@ -461,7 +427,7 @@ def supported_cubic(cell: Any = 10.0) -> BeamTopology:
 
 def _hexagonal(size: Any) -> np.ndarray:
     """The rectangular period of a hexagonal net: one number is the distance of neighbouring hexagons, and the height."""
-    period = _cell_size(size, "cell")
+    period = sizes(size, "cell")
     return period if np.ndim(size) else period * (1.0, math.sqrt(3.0), 1.0)
 
 
@@ -504,7 +470,7 @@ def reentrant(cell: Any = 10.0, *, angle: float = math.pi / 6.0) -> BeamTopology
     Raises:
         ArgumentError: an angle out of its range.
     """
-    size = _cell_size(cell, "cell")
+    size = sizes(cell, "cell")
     lean, most = real(angle, "angle", "rad"), math.atan2(size[1], size[0])
     if not 0.0 < lean < most:
         raise ArgumentError(f"angle: expected more than 0 and less than {most:.4g} rad for this cell, got {angle!r}")
@@ -537,5 +503,5 @@ def columns(
     if pattern not in nets:
         known = ", ".join(f'"{name}"' for name in nets)
         raise ArgumentError(f"pattern: expected one of {known}, got {pattern!r}")
-    size = _cell_size(cell, "cell") if pattern == "square" else _hexagonal(cell)
+    size = sizes(cell, "cell") if pattern == "square" else _hexagonal(cell)
     return _unit_cell(beam_cells.columns(nets[pattern]()), size, "columns")

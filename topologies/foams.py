@@ -28,11 +28,13 @@ class Foam:
         distance: to the nearest wall, mm; exact.
         depth: of the middle of a cell, mm.
         label: its name.
+        period: along each axis, mm.
     """
 
     distance: Field
     depth: float
     label: str
+    period: tuple[float, float, float]
 
     def __repr__(self) -> str:
         return f"<{self.label}, cells {2 * self.depth:g} mm wide>"
@@ -82,7 +84,7 @@ def honeycomb(cell: float = 10.0) -> Foam:
         # In its own prism a point is on the inner side of all six walls; in the other one it is beyond one of them.
         across, along = _folded(x, u, k * u), _folded(y, height, k * height)
         inside.append(0.5 * u - maximum(across, 0.5 * across + 0.5 * math.sqrt(3.0) * along))
-    return Foam(maximum_of(inside), 0.5 * u, "honeycomb")
+    return Foam(maximum_of(inside), 0.5 * u, "honeycomb", (u, height, u))
 
 
 def kelvin(cell: float = 10.0) -> Foam:
@@ -94,7 +96,7 @@ def kelvin(cell: float = 10.0) -> Foam:
         q = [_folded(c, u, k * u) for c in coordinates()]
         hexagons = math.sqrt(3.0) / 4.0 * u - (q[0] + q[1] + q[2]) / math.sqrt(3.0)
         inside.append(minimum(0.5 * u - maximum_of(q), hexagons))
-    return Foam(maximum_of(inside), math.sqrt(3.0) / 4.0 * u, "kelvin")
+    return Foam(maximum_of(inside), math.sqrt(3.0) / 4.0 * u, "kelvin", (u, u, u))
 
 
 def rhombic(cell: float = 10.0) -> Foam:
@@ -105,11 +107,11 @@ def rhombic(cell: float = 10.0) -> Foam:
         q = [_folded(c, u, s * u) for c, s in zip(coordinates(), shift, strict=True)]
         sums = [a + b for a, b in itertools.combinations(q, 2)]
         inside.append((0.5 * u - maximum_of(sums)) / math.sqrt(2.0))
-    return Foam(maximum_of(inside), u / math.sqrt(8.0), "rhombic")
+    return Foam(maximum_of(inside), u / math.sqrt(8.0), "rhombic", (u, u, u))
 
 
 def closed_cubes(cell: float = 10.0) -> Foam:
     """Cubes of side `cell` mm."""
     u = positive(cell, "cell")
     q = [_folded(c, u, 0.0) for c in coordinates()]
-    return Foam(0.5 * u - maximum_of(q), 0.5 * u, "closed_cubes")
+    return Foam(0.5 * u - maximum_of(q), 0.5 * u, "closed_cubes", (u, u, u))

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 
 from frep import ArgumentError, Field, FieldLike, Solid, as_field, coordinates, foreign, power, where
-from frep.arguments import positive, real, width
+from frep.arguments import positive, real, sizes, width
 from frep.redistance import periodic_distance
 from frep.sampled import PeriodicSpline
 from frep.solid import Feature
 
-from .beams import _cell_size
 from .seeds import RandomState, generator, random_directions, whole
 
 _NODES_A_WAVE = 16
@@ -75,7 +74,7 @@ class Spinodal:
         cells and 0.001 after 6; where the surface bends most, 0.01 and 0.025. It takes a few seconds, once for a structure
         and bias.
         """
-        return periodic_distance(self.level - real(bias, "bias", ""), self.period)
+        return periodic_distance(self.level - real(bias, "bias", "1"), self.period)
 
     def solid(self, fraction: FieldLike | None = None, *, bias: FieldLike | None = None) -> Solid:
         """The solid phase, where the level is below a bias: given, or such that it fills `fraction` of space.
@@ -165,7 +164,7 @@ def spinodal(
         >>> spinodal(5, directions=["z"], random_state=1)
         <spinodal, cell 5 x 5 x 5 mm>
     """
-    cell = _cell_size(cell_size, "cell_size")
+    cell = sizes(cell_size, "cell_size")
     cells = whole(repeat, "repeat", least=2)
     if cells > 8:
         raise ArgumentError(f"repeat: expected 2 to 8 cells, got {cells}")

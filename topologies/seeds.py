@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from frep import ArgumentError, ArgumentTypeError, EmptyError, Field, FieldLike, Solid, as_field
-from frep.arguments import direction, real, width
+from frep import ArgumentError, ArgumentTypeError, EmptyError, Field, FieldLike, Solid, as_field, maximum
+from frep.arguments import direction, real, suggestion, width
 from frep.solid import require_bounded
 
 if TYPE_CHECKING:
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 RandomState = int | np.random.Generator
 """What is accepted as a `random_state`."""
+
+Method = Literal["poisson_disk", "uniform"]
+"""How seeds are placed: at a least distance, or independent of each other."""
 
 SATURATION = 0.733
 """Balls of radius d / 2 placed at random fill at most 0.3841 of space (Torquato, Uche and Stillinger, Phys. Rev. E 74, 061308,
@@ -67,7 +70,7 @@ def uniform(body: Solid, number: int, *, random_state: RandomState) -> np.ndarra
         (number, 3) points inside the body, mm.
 
     Raises:
-        ArgumentTypeError, ArgumentError: not a bounded Solid, not a whole number > 0, no random state.
+        ArgumentTypeError, ArgumentError: not a bounded Solid, not a whole number from 1 to two millions, no random state.
         EmptyError: no material was found in the body.
 
     Example:
@@ -76,7 +79,7 @@ def uniform(body: Solid, number: int, *, random_state: RandomState) -> np.ndarra
         (4, 3)
     """
     lo, hi = require_body(body)
-    n = whole(number, "number")
+    n = sensible(whole(number, "number"), "number")
     random = generator(random_state)
     found, have, tried = [np.zeros((0, 3))], 0, 0
     while have < n:
@@ -111,11 +114,11 @@ def on_density(body: Solid, density: FieldLike, *, random_state: RandomState) ->
     lo, hi = require_body(body)
     law = positive_law(density, "density", "seeds a mm3")
     random = generator(random_state)
-    most = law.data if law.is_constant else 1.05 * float(law(_probes(body)).max())
+    most = law.data if law.is_constant else 1.05 * float(law(probes(body)).max())
     if not most > 0.0:
         raise ArgumentError("density: expected more than 0 seeds a mm3 somewhere in the body")
     while True:
-        count = _sensible(most * float(np.prod(hi - lo)), "density")
+        count = sensible(most * float(np.prod(hi - lo)), "density")
         # Thinning: candidates at the highest density, each kept with its share.
         darts = random.uniform(lo, hi, (count, 3))
         darts = darts[body.contains(darts)]
@@ -151,13 +154,13 @@ def poisson_disk(body: Solid, distance: FieldLike, *, random_state: RandomState,
     law = width(distance, "distance")
     random = generator(random_state)
     wrap = hi - lo if periodic else None
-    least = law.data if law.is_constant else 0.95 * float(law(_probes(body)).min())
+    least = law.data if law.is_constant else 0.95 * float(law(probes(body)).min())
     if not least > 0.0:
         raise ArgumentError(f"distance: expected more than 0 mm everywhere in the body, got {least:g}")
     if periodic and not law.is_constant:
         raise ArgumentTypeError("distance: expected a number in mm where the seeds are periodic, got a Field")
     expected = SATURATION * float(np.prod(hi - lo)) / least**3
-    _sensible(expected, "distance")
+    sensible(expected, "distance")
     kept, reach, thrown = np.zeros((0, 3)), np.zeros(0), 0.0
     while thrown < _THROWS * expected:
         # As many darts at a time as there are points: few of them meet each other.
@@ -207,7 +210,7 @@ def relaxed(
         ArgumentTypeError, ArgumentError: not a bounded Solid, seeds outside, steps not a whole number, no random state.
     """
     lo, hi = require_body(body, periodic)
-    now = checked_seeds(body, seeds, 1)
+    now = checked_seeds(body, seeds, 1, periodic)
     count = whole(steps, "steps", least=0)
     random = generator(random_state)
     if count == 0:
@@ -246,16 +249,17 @@ def random_directions(
     """
     n = whole(number, "number")
     random = generator(random_state)
-    if directions is None:
-        v = random.normal(size=(n, 3))
-        return v / np.linalg.norm(v, axis=1)[:, None]
-    if isinstance(directions, str) or not hasattr(directions, "__len__") or len(directions) == 0:
-        raise ArgumentTypeError(
-            f'directions: expected a list of axes, such as ["z"] or [(0, 0, 1)], got {directions!r}'
-        )
     half = real(spread, "spread", "rad")
     if not 0.0 <= half <= math.pi / 2 + 1e-9:
         raise ArgumentError(f"spread: expected 0 to pi / 2 rad, got {spread!r}")
+    if directions is None:
+        v = random.normal(size=(n, 3))
+        return v / np.linalg.norm(v, axis=1)[:, None]
+    is_list = hasattr(directions, "__len__") and not isinstance(directions, str) and len(directions) > 0
+    if not is_list or any(np.ndim(d) == 0 and not isinstance(d, str) for d in directions):
+        raise ArgumentTypeError(
+            f'directions: expected a list of axes, such as ["z"] or [(0, 0, 1)], got {directions!r}'
+        )
     axes = np.array([direction(d, "directions") for d in directions])
     axis = axes[random.integers(len(axes), size=n)] * random.choice([-1.0, 1.0], n)[:, None]
     # Evenly over the cap: its height is uniform (Archimedes).
@@ -263,6 +267,76 @@ def random_directions(
     other = np.cross(axis, random.normal(size=(n, 3)))
     other /= np.linalg.norm(other, axis=1)[:, None]
     return cosine[:, None] * axis + np.sqrt(np.maximum(1.0 - cosine**2, 0.0))[:, None] * other
+
+
+# --- what lattices ask for ----------------------------------------------------------------------------------------
+
+
+def chosen(
+    body, cell_size, density, seeds, random_state, method, relax, periodic, *, least
+) -> tuple[np.ndarray, float]:
+    """The seeds that the arguments of a lattice ask for, and the side of its smallest cell, mm."""
+    lo, hi = require_body(body, periodic)
+    given = [name for name, v in (("cell_size", cell_size), ("density", density), ("seeds", seeds)) if v is not None]
+    if len(given) != 1:
+        raise ArgumentError(f"cell_size, density, seeds: expected one of them, got {' and '.join(given) or 'none'}")
+    if method not in ("poisson_disk", "uniform"):
+        like = suggestion(method, ("poisson_disk", "uniform"))
+        raise ArgumentError(f'method: expected "poisson_disk" or "uniform", got {method!r}{like}')
+    steps = whole(relax, "relax", least=0)
+    random = generator(random_state) if seeds is None or steps else None
+    least = 1 if periodic else least
+    size: Field | None = None
+    if seeds is not None:
+        points = checked_seeds(body, seeds, least, periodic)
+    else:
+        assert random is not None
+        size = _cell_sizes(body, cell_size, density, given[0])
+        if periodic and method == "poisson_disk" and not size.is_constant:
+            raise ArgumentTypeError(
+                f'{given[0]}: expected a number where the lattice repeats; a Field only with method="uniform"'
+            )
+        points = _placed(body, size, method, random, periodic)
+    if len(points) < least:
+        raise ArgumentError(
+            f"{given[0]}: gives {len(points)} seeds in a body whose bounds are {' x '.join(f'{s:.4g}' for s in hi - lo)} mm; "
+            f"expected at least {least}"
+        )
+    if steps:
+        assert random is not None
+        law = size if size is not None and not size.is_constant else None
+        points = relaxed(body, points, steps, random_state=random, cell_size=law, periodic=periodic)
+    mean = float((np.prod(hi - lo) / len(points)) ** (1 / 3))
+    smallest = mean if size is None else float(np.min(np.minimum(size(points), mean)))
+    return points, smallest
+
+
+def _cell_sizes(body: Solid, cell_size: FieldLike | None, density: FieldLike | None, name: str) -> Field:
+    """The side of a cell, mm, checked to be positive in the body and not to ask for more cells than memory holds."""
+    if cell_size is not None:
+        law = width(cell_size, name)
+    else:
+        assert density is not None
+        law = positive_law(density, name, "cells a mm3")
+    held = np.array([law.data]) if law.is_constant else law(probes(body))
+    unit = "mm" if density is None else "cells a mm3"
+    low = float(held.min())
+    if low < 0.0 or (low == 0.0 and density is None) or not held.max() > 0.0:
+        raise ArgumentError(f"{name}: expected more than 0 {unit} everywhere in the body, got {low:.4g}")
+    if density is not None:
+        # Where there are to be no cells they are very large.
+        law = (law if law.is_constant else maximum(law, 1e-9 * float(held.max()))) ** (-1.0 / 3.0)
+        held = np.maximum(held, 1e-9 * held.max()) ** (-1.0 / 3.0)
+    # Poisson-disk seeds are found among half as many again.
+    sensible(1.5 * float(np.prod(np.ptp(body.bounds, axis=0))) / float(held.min()) ** 3, name)
+    return law
+
+
+def _placed(body: Solid, size: Field, method: str, random: np.random.Generator, periodic: bool) -> np.ndarray:
+    if method == "uniform":
+        return on_density(body, size**-3.0, random_state=random)
+    # d so that FILLING centres in d^3 are one in size^3.
+    return poisson_disk(body, FILLING ** (1 / 3) * size, random_state=random, periodic=periodic)
 
 
 # --- checks, shared with `topologies.stochastic` -----------------------------------------------------------------------
@@ -278,8 +352,8 @@ def require_body(body: Any, periodic: bool = False) -> tuple[np.ndarray, np.ndar
     return body.bounds[0], body.bounds[1]
 
 
-def checked_seeds(body: Solid, seeds: Any, least: int) -> np.ndarray:
-    """Seeds as (n, 3) float64, checked to be at least so many, apart from each other, and inside the body."""
+def checked_seeds(body: Solid, seeds: Any, least: int, periodic: bool = False) -> np.ndarray:
+    """Seeds as (n, 3) float64, checked to be at least so many, apart from each other (round the period), and inside."""
     if isinstance(seeds, Field):
         raise ArgumentTypeError("seeds: expected an (n, 3) array of points in mm, got a Field")
     try:
@@ -297,8 +371,16 @@ def checked_seeds(body: Solid, seeds: Any, least: int) -> np.ndarray:
     if len(outside):
         x, y, z = points[outside[0]]
         raise ArgumentError(f"seeds: {len(outside)} of {len(points)} are outside the body, first ({x:g}, {y:g}, {z:g})")
-    if len(np.unique(points, axis=0)) < len(points):
-        raise ArgumentError("seeds: two of them lie at the same place")
+    lo, size = body.bounds[0], np.ptp(body.bounds, axis=0)
+    pairs = tree_of(points, lo, size if periodic else None).query_pairs(1e-9 * float(size.max()), output_type="ndarray")
+    if len(pairs):
+        i, j = pairs[0]
+        where = (
+            "at the same place, a period apart"
+            if np.abs(points[i] - points[j]).max() > 1e-6 * size.max()
+            else "at the same place"
+        )
+        raise ArgumentError(f"seeds: seeds {i} and {j} lie {where}: {points[i].tolist()} and {points[j].tolist()}")
     return points
 
 
@@ -346,7 +428,7 @@ def _first_come(points: np.ndarray, radii: np.ndarray, wrap: np.ndarray | None) 
     return alive
 
 
-def _probes(body: Solid) -> np.ndarray:
+def probes(body: Solid) -> np.ndarray:
     """Points of the body on a grid, at which a law is looked at beforehand."""
     axes = [np.linspace(a, b, 33) for a, b in body.bounds.T]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -362,7 +444,8 @@ def positive_law(value: FieldLike | Callable[..., Any], name: str, unit: str) ->
     return law
 
 
-def _sensible(count: float, name: str) -> int:
+def sensible(count: float, name: str) -> int:
+    """How many are asked for, checked to be no more than memory holds."""
     if count > _MOST:
-        raise ArgumentError(f"{name}: asks for {count:,.0f} seeds in the body's bounds; {_MOST:,} are the most")
+        raise ArgumentError(f"{name}: asks for {count:,.0f} in the body's bounds; {_MOST:,} are the most")
     return max(1, round(count))

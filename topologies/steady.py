@@ -249,7 +249,7 @@ class SteadyLattice:
         self,
         diameter: FieldLike | np.ndarray | list[float],
         *,
-        node: FieldLike | None = None,
+        node: FieldLike | np.ndarray | list[float] | None = None,
         section: str | Rectangle = "circle",
         blend: FieldLike = 0.0,
     ) -> Solid:

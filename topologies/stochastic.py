@@ -11,26 +11,33 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frep import ArgumentError, EmptyError, Field, FieldLike, Solid, foreign
 from frep.arguments import positive, real, width
+from frep.errors import warn
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton
 from frep.solid import Feature
 
 from . import seeds as seeding
 from .beams import BeamTopology
-from .seeds import RandomState, generator, require_body, whole
+from .seeds import Method, RandomState, generator, require_body, whole
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-Method = Literal["poisson_disk", "uniform"]
+
+class LooseEdgesWarning(UserWarning):
+    """Much of a lattice hangs together only through the surface of the body, and was left out."""
+
 
 _SAME = 1e-7
 """Voronoi vertices closer than this, of a cell, are one: seeds on a sphere (those of a regular lattice) give several."""
+
+_LOOSE = 0.25
+"""A greater share of the length left out is worth a warning."""
 
 _STEPS = 16
 """An edge is looked at so many times in a cell's size, to see where it leaves the body and comes back."""
@@ -64,7 +71,8 @@ def voronoi(
         relax: steps of Lloyd's relaxation, which make cells rounder and more alike.
         periodic: the lattice repeats in all directions.
         overhang: how far edges may reach out of the body, mm; half a diameter lets `lattice.thicken(d) & body` end flat.
-        connected: leave out what hangs together only through the body's surface; False for a part with a skin.
+        connected: leave out what hangs together only through the body's surface; False for a part with a skin. Where
+            much is left out, as in a body thinner than its cells, there is a `LooseEdgesWarning`.
 
     Returns:
         A `BeamTopology`; where edges cross the surface, they end in nodes on it.
@@ -82,14 +90,14 @@ def voronoi(
         >>> bool(part.contains(lattice.skeleton.nodes.mean(axis=0)))
         False
     """
-    points, size = _seeds(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
+    points, size = seeding.chosen(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
     reach = _overhang(overhang)
     if periodic:
         return _periodic_edges(points, body, "voronoi")
     vertices, edges = _voronoi_edges(points, body.bounds)
     nodes, beams = _clipped(vertices, edges, body, reach, size / _STEPS)
     if connected:
-        nodes, beams = _largest_piece(nodes, beams)
+        nodes, beams = _largest_piece(nodes, beams, size)
     return BeamTopology(GraphSkeleton(nodes, beams), "voronoi")
 
 
@@ -116,7 +124,7 @@ def delaunay(
     """
     from scipy.spatial import Delaunay
 
-    points, size = _seeds(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
+    points, size = seeding.chosen(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
     reach = _overhang(overhang)
     if periodic:
         return _periodic_edges(points, body, "delaunay")
@@ -161,7 +169,7 @@ def voronoi_walls(
         array([ True,  True, False])
     """
     wall = width(thickness, "thickness")
-    points, _ = _seeds(body, cell_size, density, seeds, random_state, method, relax, periodic, least=2)
+    points, _ = seeding.chosen(body, cell_size, density, seeds, random_state, method, relax, periodic, least=2)
     field = _faces(points, body, periodic) - 0.5 * wall
     everywhere = np.array([[-np.inf] * 3, [np.inf] * 3])
     walls = Solid._make(field, everywhere, features=(Feature("wall", wall, "thickness"),), label="voronoi walls")
@@ -186,7 +194,7 @@ def face_distance(body: Solid, seeds: Any, *, periodic: bool = False) -> Field:
         array([0., 3.])
     """
     require_body(body, periodic)
-    return _faces(seeding.checked_seeds(body, seeds, 1 if periodic else 2), body, periodic)
+    return _faces(seeding.checked_seeds(body, seeds, 1 if periodic else 2, periodic), body, periodic)
 
 
 def fibres(
@@ -222,7 +230,7 @@ def fibres(
         <fibres: 40 nodes, 20 beams>
     """
     lo, hi = require_body(body)
-    wanted = whole(number, "number")
+    wanted = seeding.sensible(whole(number, "number"), "number")
     reach = _overhang(overhang)
     long = None if length is None else positive(length, "length")
     random = generator(random_state)
@@ -233,7 +241,7 @@ def fibres(
     step = float((hi - lo).min()) / 64
     while hits < wanted:
         count = max(64, 2 * (wanted - hits))
-        ends = _random_fibres(count, centre, radius, (lo, hi), long, directions, spread, random)
+        ends = _random_fibres(count, centre, radius, long, directions, spread, random)
         start, stop, owner = _inside(ends[:, 0], ends[:, 1], body, reach, step)
         met = np.unique(owner)[: wanted - hits]
         chosen = np.isin(owner, met)
@@ -245,68 +253,26 @@ def fibres(
     return BeamTopology(GraphSkeleton(nodes, np.arange(len(nodes)).reshape(-1, 2)), "fibres")
 
 
-def _random_fibres(count, centre, radius, corners, length, directions, spread, random) -> np.ndarray:
-    """(count, 2, 3) ends: chords of the ball round the body, or pieces of `length` round evenly spread centres."""
+def _random_fibres(count, centre, radius, length, directions, spread, random) -> np.ndarray:
+    """(count, 2, 3) ends: chords of the ball round the body, or pieces of `length` about evenly spread centres.
+
+    Lines of one direction are spread evenly over the disc that the ball shows them. So are the centres of the pieces
+    that could meet it, in a cylinder on that disc: however long they are, many do.
+    """
     along = seeding.random_directions(count, directions, spread, random_state=random)
-    if length is not None:
-        lo, hi = corners
-        middle = random.uniform(lo - 0.5 * length, hi + 0.5 * length, (count, 3))
-        half = np.full((count, 1), 0.5 * length)
+    side = np.cross(along, random.normal(size=(count, 3)))
+    side /= np.linalg.norm(side, axis=1)[:, None]
+    off = radius * np.sqrt(random.uniform(size=(count, 1)))
+    middle = centre + off * side
+    if length is None:
+        half = np.sqrt(np.maximum(radius**2 - off**2, 1e-12 * radius**2))
     else:
-        # Lines of one direction are spread evenly over the disc that the ball shows them.
-        side = np.cross(along, random.normal(size=(count, 3)))
-        side /= np.linalg.norm(side, axis=1)[:, None]
-        off = radius * np.sqrt(random.uniform(size=(count, 1)))
-        middle, half = centre + off * side, np.sqrt(np.maximum(radius**2 - off**2, 1e-12 * radius**2))
+        half = np.full((count, 1), 0.5 * length)
+        middle = middle + random.uniform(-1.0, 1.0, (count, 1)) * (radius + half) * along
     return np.stack([middle - half * along, middle + half * along], axis=1)
 
 
-# --- seeds -------------------------------------------------------------------------------------------------------------
-
-
-def _seeds(
-    body, cell_size, density, seeds, random_state, method, relax, periodic, *, least
-) -> tuple[np.ndarray, float]:
-    """The seeds that the arguments ask for, and the side of a mean cell, mm."""
-    lo, hi = require_body(body, periodic)
-    given = [name for name, v in (("cell_size", cell_size), ("density", density), ("seeds", seeds)) if v is not None]
-    if len(given) != 1:
-        raise ArgumentError(f"cell_size, density, seeds: expected one of them, got {' and '.join(given) or 'none'}")
-    if method not in ("poisson_disk", "uniform"):
-        raise ArgumentError(f'method: expected "poisson_disk" or "uniform", got {method!r}')
-    steps = whole(relax, "relax", least=0)
-    random = generator(random_state) if seeds is None or steps else None
-    least = 1 if periodic else least
-    size: Field | None = None
-    if seeds is not None:
-        points = seeding.checked_seeds(body, seeds, least)
-    else:
-        assert random is not None
-        size = (
-            width(cell_size, "cell_size")
-            if cell_size is not None
-            else seeding.positive_law(density, "density", "cells a mm3") ** (-1.0 / 3.0)
-        )
-        points = _placed(body, size, method, random, periodic)
-    if len(points) < least:
-        raise ArgumentError(
-            f"{given[0]}: gives {len(points)} seeds in a body whose bounds are {' x '.join(f'{s:.4g}' for s in hi - lo)} mm; "
-            f"expected at least {least}"
-        )
-    if steps:
-        assert random is not None
-        law = size if size is not None and not size.is_constant else None
-        points = seeding.relaxed(body, points, steps, random_state=random, cell_size=law, periodic=periodic)
-    mean = float((np.prod(hi - lo) / len(points)) ** (1 / 3))
-    smallest = mean if size is None else float(np.min(np.minimum(size(points), mean)))
-    return points, smallest
-
-
-def _placed(body: Solid, size: Field, method: str, random: np.random.Generator, periodic: bool) -> np.ndarray:
-    if method == "uniform":
-        return seeding.on_density(body, size**-3.0, random_state=random)
-    # d so that FILLING centres in d^3 are one in size^3.
-    return seeding.poisson_disk(body, seeding.FILLING ** (1 / 3) * size, random_state=random, periodic=periodic)
+# --- checks ----------------------------------------------------------------------------------------------------------
 
 
 def _overhang(value: Any) -> float:
@@ -519,14 +485,21 @@ def _crossings(a, b, owner, outside, inside, field: Field, reach: float) -> np.n
     return inside
 
 
-def _largest_piece(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The connected piece of the graph with the greatest length."""
+def _largest_piece(nodes: np.ndarray, edges: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """The connected piece of the graph with the greatest length; `size` of its cells is for the warning."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     links = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(nodes),) * 2)
     piece = connected_components(links, directed=False)[1][edges[:, 0]]
     lengths = np.bincount(piece, np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1))
+    if (left_out := 1.0 - lengths.max() / lengths.sum()) > _LOOSE:
+        warn(
+            f"{left_out:.0%} of the lattice's length hangs together only through the body's surface and is left out: the body "
+            f"is in pieces, or about as thin as its cells of {size:.3g} mm; ask for smaller cells, or for connected=False and "
+            "a skin",
+            LooseEdgesWarning,
+        )
     used, kept = np.unique(edges[piece == np.argmax(lengths)], return_inverse=True)
     return nodes[used], kept.reshape(-1, 2)
 

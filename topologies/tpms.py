@@ -10,8 +10,11 @@ function takes the same natural parameters after the `cell`:
   the distance to first order, which leaves a thick wall short of material. "range": W, scaled so that its larger extreme is a
   quarter of the cell (LatticeRobot): its zero is where it was, its walls are thin where it is steep;
 - `drop_x`, `drop_y`, `drop_z`: numbers or Fields in [-1, 1]: 1 for the formula, 0 to flatten the pattern along that axis, -1 to
-  move it by half a period, or to mirror it where the formula has sines. A drop that varies needs another scale than
-  "distance".
+  move it by half a period, or to mirror it where the formula has sines;
+- `over`: a bounded Solid, or two corners in mm: the box in which scale "distance" is to hold for a surface whose drops, phase
+  or `t` vary. The distances are made once, in about 3 s a million nodes, of which a cell has 32 to the third power. A varying
+  drop asks for it (or for another scale); without it a varying phase has the distances of the surface before it is moved,
+  and a varying `t` those of surfaces a fifth apart in `t`.
 
 Surfaces fill all space: intersect with a bounded solid before meshing.
 """
@@ -25,11 +28,10 @@ from typing import Any, Literal, TypedDict, Unpack
 import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, as_field, clip, constant, coordinates
-from frep.arguments import direction, real
+from frep.arguments import direction, real, sizes, suggestion
 
 from . import waveforms
-from .beams import _cell_size
-from .variants import SCALES, Depths, PeriodicSurface
+from .variants import SCALES, Depths, PeriodicSurface, fixed_box
 from .variants import LoosePiecesWarning as LoosePiecesWarning
 from .variants import SealedChannelWarning as SealedChannelWarning
 from .waveforms import WAVEFORMS, Formula, Wave
@@ -44,6 +46,7 @@ class Natural(TypedDict, total=False):
     drop_x: FieldLike
     drop_y: FieldLike
     drop_z: FieldLike
+    over: Any
 
 
 # --- arguments -----------------------------------------------------------------------------------------------------------
@@ -117,15 +120,17 @@ def _surface(
     """The surface of a formula: of `formula(0)`, or, where a Field `blend` varies it, of `formula(blend)`, with those of
     `knots` as samples. `periods`: cells in a period of the formula. `unfolded`: the third axis has no period."""
     given: dict[str, Any] = dict(natural)
-    size = tuple(float(s) for s in _cell_size(cell, "cell"))
+    size = tuple(float(s) for s in sizes(cell, "cell"))
     scale = given.pop("scale", "distance")
     if scale not in SCALES:
         raise ArgumentError(f'scale: expected "distance", "gradient" or "range", got {scale!r}')
     drops, phases, rotation = _drops(given), _phases(given.pop("phase", (0.0, 0.0, 0.0))), given.pop("rotation", None)
+    over = given.pop("over", None)
+    box = None if over is None else fixed_box(over)
     if given:
-        raise ArgumentTypeError(
-            f"{label}: unknown parameters {sorted(given)}; expected {sorted(Natural.__annotations__)}"
-        )
+        unknown, known = sorted(given), sorted(Natural.__annotations__)
+        hint = suggestion(unknown[0], known)
+        raise ArgumentTypeError(f"{label}: unknown parameters {unknown}; expected {', '.join(known)}{hint}")
     period = (size[0] * periods, size[1] * periods, size[2] * periods)
     place = _placed(rotation, phases, period)
 
@@ -159,6 +164,8 @@ def _surface(
         blend=blend,
         steady=steady,
         shares=shares if untouched else None,
+        aperiodic=unfolded,
+        over=box,
     )
 
 
@@ -431,7 +438,7 @@ def _transition(
 ) -> PeriodicSurface:
     share = as_field(t, "t")
     if share.is_constant:
-        return _surface(_fixed(formula(share.data)), cell, label, natural, mirrored=mirrored)
+        return _surface(_fixed(formula(share.data)), cell, label, natural, mirrored=mirrored, congruent=True)
     least, most = share.bounds([-np.inf] * 3, [np.inf] * 3)
     if not most - least <= 5.0:
         raise ArgumentError(f"t: expected a Field with limits at most 5 apart, which {share!r} has not; use frep.clip")

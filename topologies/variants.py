@@ -9,27 +9,45 @@ After LatticeRobot: a waveform W is scaled to mm, moved by a *bias* and cut four
 | `sheet` (Thin) | `abs(W - bias) - thickness / 2` |
 | `twin` | `thickness / 2 - abs(W - bias)` |
 
-Surfaces fill all space: intersect with a bounded solid before meshing.
+A surface that changes in space (a varying drop, phase or member; two surfaces `blended`) has no distance of its own; one is
+made for a box, its `over`. Surfaces fill all space: intersect with a bounded solid before meshing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from frep import ArgumentError, Field, FieldLike, Solid, as_field, constant, maximum, sqrt, square
-from frep.arguments import width
+from frep import (
+    ArgumentError,
+    Field,
+    FieldLike,
+    Solid,
+    as_field,
+    constant,
+    maximum,
+    sqrt,
+    square,
+    where,
+)
+from frep.arguments import box_of, width
 from frep.errors import warn
-from frep.redistance import NODES, periodic_distance
+from frep.primitives import box_distance
+from frep.redistance import NODES, distance_over, periodic_distance
 from frep.solid import Feature
 
 SCALES = ("distance", "gradient", "range")
 """What a waveform becomes in mm: the true distance; W / |grad W|, its first order; W with its largest value at a quarter of
 the cell, as a triangle wave of unit slope has it (LatticeRobot)."""
 
+PER_CELL = 32
+"""Nodes along the smallest cell where the distance is made for a box: within 4e-4 of the cell near the surface."""
+REACH = 0.3
+"""Of the largest cell: how far from the surface that distance is true; half of the thickest wall that makes sense."""
 _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 _LEAST_SLOPE = 1e-3
 """Of 1 / (cell / 2 pi): a waveform flatter than this counts as that steep in `scale="gradient"`, which else divides by zero."""
@@ -70,6 +88,9 @@ class PeriodicSurface:
         knots: the values of `blend` that the members belong to.
         blend: the Field that varies the surface, if one does.
         steady: whether the distance can be had from the members.
+        over: lower and upper corner, mm, of the box for which a distance may be made that the members do not tell.
+        aperiodic: the third axis has no period: the members are folded there, and `period` is that of the fold.
+        report: what was found when it was put together (`graded.regions`), if it was.
         shares: pinch and full depth of a cubic cell, of the cell; None to find them when they are needed.
     """
 
@@ -85,6 +106,9 @@ class PeriodicSurface:
     blend: Field | None = None
     steady: bool = True
     shares: Depths | None = None
+    over: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    aperiodic: bool = False
+    report: Any = None
 
     def __repr__(self) -> str:
         return f"<{self.label}, cell {' x '.join(f'{c:g}' for c in self.cell)} mm>"
@@ -97,15 +121,21 @@ class PeriodicSurface:
         of the cell (5e-4 for C(S), whose features are finest); where two parts of the surface are equally far, a crease is
         rounded.
 
-        Where a Field blends members, distances between those of neighbouring members; under a varying phase, the distance
-        to the surface before it is moved.
+        With `over`, where a drop, a phase or a Field that blends members varies: distances to the surface as it is in that
+        box, within 4e-4 of the cell near the surface; to first order beyond the box. Without, where a Field blends members,
+        distances between those of neighbouring members; under a varying phase, the distance to the surface before it is
+        moved.
 
         Raises:
-            ArgumentError: a drop that varies, which has no distance known beforehand.
+            ArgumentError: a drop that varies and no `over`, so that there is no distance known beforehand.
         """
+        if self.over is not None and not (self.steady and self.blend is None and _rigid(self.place)):
+            near = distance_over(self.level, self.over, REACH * max(self.cell), min(self.cell) / PER_CELL)
+            return in_box(self.over, near, self.first_order)
         if not self.steady:
             raise ArgumentError(
-                'scale: a drop that varies has no distance known beforehand; use scale="gradient" or "range"'
+                "scale: a drop that varies has no distance known beforehand; give the box where it is needed, `over=`, or "
+                'use scale="gradient" or "range"'
             )
         tables = [periodic_distance(member, self.period) for member in self.members]
         if self.blend is None:
@@ -126,9 +156,19 @@ class PeriodicSurface:
         if self.scale == "range":
             least, most = self.range
             return self.level * (0.25 * min(self.cell) / max(-least, most))
+        return self.first_order
+
+    @property
+    def first_order(self) -> Field:
+        """W / |grad W| in mm."""
         floor = _LEAST_SLOPE * 2.0 * np.pi / min(self.cell)
         dx, dy, dz = self.level.derivatives()
         return self.level / sqrt(square(dx) + square(dy) + square(dz) + floor**2)
+
+    @cached_property
+    def steepness(self) -> float:
+        """The mean length of the level's gradient on the surface, 1/mm (of all that a Field blends)."""
+        return float(np.mean([_steepness(member, self.period) for member in self.members]))
 
     @cached_property
     def range(self) -> tuple[float, float]:
@@ -166,6 +206,48 @@ class PeriodicSurface:
         depths = self.depths
         return np.inf if depths is None else 2.0 * max(depths.full) / min(self.cell)
 
+    # --- two in one ----------------------------------------------------------------------------------------------------
+
+    def blended(
+        self, other: PeriodicSurface, share: FieldLike, over: Any = None, *, border: Field | None = None
+    ) -> PeriodicSurface:
+        """This surface turning into another: where (1 - share) F1 + share F2 is zero, with F1 and F2 the two levels, each by
+        its mean slope on its own surface, so that near it both count in mm (lf-rep 6.4).
+
+        Where the share is 0 or 1 the result is this surface or the other, to the last digit, and its bias and thickness are
+        measured as theirs. Between, thickness is measured from the surface that the blend makes.
+
+        Args:
+            other: another surface, of any cell, phase and rotation.
+            share: how much of the other, from 0 to 1 (and limited to it): a number, a Field or a function of position. See
+                `graded.transition` for one that changes across a plane.
+            over: a bounded Solid, or two corners in mm: thickness is then true in that box, from distances that are made
+                once, where the share lies between 0 and 1, in about 3 s a million nodes (32 along a cell). Without, it is
+                right to first order between the two surfaces, W / |grad W|; or W as "range" has it, where that is the scale of
+                both.
+            border: for a share that switches: a Field in mm, zero where it does and negative on this surface's side. Bodies
+                then end in exact faces there, where the other one has none.
+
+        A share that rises within less than a 32nd of the cell counts as a switch, at 1/2. Which side of the other surface
+        goes with which of this one is told by their signs; half a period of `phase` swaps those of Schwarz P.
+
+        Raises:
+            ArgumentError: a share that is a number outside [0, 1].
+
+        Example:
+            >>> import frep
+            >>> from topologies import tpms
+            >>> x, y, z = frep.coordinates()
+            >>> both = tpms.gyroid(cell=8).blended(tpms.schwarz_p(cell=8), frep.clip((x - 20) / 8, 0, 1))
+            >>> both
+            <gyroid to schwarz_p, cell 8 x 8 x 8 mm>
+            >>> both.sheet(0.8).contains([[0, 0, 0], [40, 4, 4]]) == [True, False]
+            array([ True,  True])
+        """
+        from .blends import blend
+
+        return blend(self, other, share, over, border)
+
     # --- variants ------------------------------------------------------------------------------------------------------
 
     def sheet(self, thickness: FieldLike, *, bias: FieldLike = 0.0) -> Solid:
@@ -189,9 +271,8 @@ class PeriodicSurface:
             0.48
         """
         t, b = width(thickness, "thickness"), as_field(bias, "bias")
-        value = self.value
         self._check_wall(t, b, sheet=True)
-        return self._solid(abs(value - b) - 0.5 * t, "sheet", Feature("wall", t, "thickness"))
+        return self._solid(lambda value: abs(value - b) - 0.5 * t, "sheet", Feature("wall", t, "thickness"))
 
     def solid(self, bias: FieldLike = 0.0) -> Solid:
         """The Solid variant: the side where the waveform is below `bias` mm; a larger bias, more material.
@@ -209,16 +290,14 @@ class PeriodicSurface:
             array([ True, False])
         """
         b = as_field(bias, "bias")
-        value = self.value
         self._check_side(b, keeps=0)
-        return self._solid(value - b, "solid")
+        return self._solid(lambda value: value - b, "solid")
 
     def inverse(self, bias: FieldLike = 0.0) -> Solid:
         """The Inverse variant: all that `solid(bias)` leaves out. Raises and warns as it."""
         b = as_field(bias, "bias")
-        value = self.value
         self._check_side(b, keeps=1)
-        return self._solid(b - value, "inverse")
+        return self._solid(lambda value: b - value, "inverse")
 
     def twin(self, thickness: FieldLike, bias: FieldLike = 0.0) -> Solid:
         """The Twin variant: all that `sheet(thickness, bias=bias)` leaves out, a region on each side of it.
@@ -230,12 +309,15 @@ class PeriodicSurface:
             LoosePiecesWarning: a gap, somewhere, that parts one of the two regions into pieces.
         """
         t, b = width(thickness, "thickness"), as_field(bias, "bias")
-        value = self.value
         self._check_wall(t, b, sheet=False)
-        return self._solid(0.5 * t - abs(value - b), "twin")
+        return self._solid(lambda value: 0.5 * t - abs(value - b), "twin")
 
-    def _solid(self, field: Field, what: str, *features: Feature) -> Solid:
-        return Solid._make(field, _EVERYWHERE, features=features, label=f"{self.label} {what}")
+    def _solid(self, body: Callable[[Field], Field], what: str, *features: Feature) -> Solid:
+        field, label = self._body(body), f"{self.label} {what}"
+        return Solid._make(field, _EVERYWHERE, features=features, label=label, report=self.report)
+
+    def _body(self, body: Callable[[Field], Field]) -> Field:
+        return body(self.value)
 
     # --- limits --------------------------------------------------------------------------------------------------------
 
@@ -283,6 +365,22 @@ class PeriodicSurface:
             warn(f"bias: the channels of {self!r} are sealed", SealedChannelWarning)
 
 
+def fixed_box(over: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The corners of `over`, a bounded Solid or two in mm, checked; as tuples, which can be keys."""
+    lo, hi = box_of(over)
+    return tuple(lo.tolist()), tuple(hi.tolist())
+
+
+def in_box(box: tuple[tuple[float, ...], tuple[float, ...]], near: Field, beyond: Field) -> Field:
+    """What has been computed for a box there, and what is known everywhere beyond it."""
+    return where(box_distance(np.array(box[0]), np.array(box[1])) <= 0.0, near, beyond)
+
+
+def _rigid(place: tuple[Field, Field, Field]) -> bool:
+    """Whether the cell is only moved and turned."""
+    return all(slope.is_constant for c in place for slope in c.derivatives())
+
+
 def _between(depths: Depths) -> str:
     return f"a bias between {-depths.full[0]:.3g} and {depths.full[1]:.3g} mm"
 
@@ -324,13 +422,30 @@ def _extremes(member: Field, period: tuple[float, float, float]) -> tuple[float,
 
 
 @lru_cache(maxsize=64)
+def _steepness(member: Field, period: tuple[float, float, float]) -> float:
+    """The mean length of the gradient on the zero set, at points that Newton steps bring there from a grid."""
+    size = np.array(period)
+    points = np.stack(np.meshgrid(*[np.arange(24) * p / 24 for p in size], indexing="ij"), -1).reshape(-1, 3)
+    for _ in range(4):
+        values, gradient = member(points), member.gradient(points)
+        squared = np.maximum((gradient**2).sum(axis=1), 1e-12)
+        near = np.abs(values) < np.sqrt(squared) * size.min() / 24
+        points = (points - (values / squared)[:, None] * gradient)[near]
+    if not len(points):
+        raise ArgumentError("surface: the field has no zero set, so there is nothing to blend")
+    return float(np.linalg.norm(member.gradient(points), axis=1).mean())
+
+
+@lru_cache(maxsize=64)
 def _depths(value: Field, period: tuple[float, float, float]) -> Depths:
     """Pinch and full depth of both sides, from samples of one period."""
     size = np.array(period)
     counts = [int(2 * round(NODES / 2 * p / size.min())) for p in size]
     axes = [np.arange(n) * p / n for n, p in zip(counts, size, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
-    samples = value(nodes.reshape(-1, 3)).reshape(counts)
+    # W / |grad W| has no limit where W stands still; no wall is thicker than the period.
+    far = 0.5 * float(size.max())
+    samples = np.clip(value(nodes.reshape(-1, 3)).reshape(counts), -far, far)
     # A centre may lie between the nodes: what is sure to fill the cell is half a diagonal more.
     slack = 0.5 * float(np.linalg.norm(size / counts))
     full = [float((side * samples).max()) + slack for side in (-1.0, 1.0)]
@@ -338,14 +453,15 @@ def _depths(value: Field, period: tuple[float, float, float]) -> Depths:
 
 
 def _pinch(values: np.ndarray) -> float:
-    """The largest r for which the places above r run on without end, to about a hundredth of the range; 0 if never."""
+    """The least r for which the places above r no longer run on without end, to a sample; 0 if they never do."""
     if not percolates(values > 0.0):
         return 0.0
-    low, high = 0.0, float(values.max())
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if percolates(values > middle) else (low, middle)
-    return low
+    levels = np.unique(values[values > 0.0])
+    open_below, shut = -1, len(levels) - 1
+    while open_below + 1 < shut:
+        middle = (open_below + shut) // 2
+        open_below, shut = (middle, shut) if percolates(values > levels[middle]) else (open_below, middle)
+    return float(levels[shut])
 
 
 def percolates(mask: np.ndarray) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +105,51 @@ def test_voxel_data_lies_at_the_centres_of_the_voxels():
     np.testing.assert_allclose(from_image(grid)(points), plane(points), atol=1e-4)
 
 
+@pytest.mark.parametrize("association", ["point", "cell"])
+def test_turned_axes_and_pieces_of_an_image_stay_where_they_are(association, tmp_path):
+    """A direction matrix turns the axes of an image, an extent that does not begin at 0 is a piece of a larger one."""
+    for turn in (np.eye(3), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0.6, -0.8], [0, 0.8, 0.6]]):
+        grid = pv.ImageData(
+            dimensions=SHAPE, spacing=tuple(SPACING), origin=tuple(ORIGIN), offset=(2, -1, 3), direction_matrix=turn
+        )
+        places = np.asarray((grid if association == "point" else grid.cell_centers()).points)
+        (grid.point_data if association == "point" else grid.cell_data)["HU"] = plane(places)
+        grid.save(tmp_path / "turned.vti")
+        field = from_image(tmp_path / "turned.vti")
+        np.testing.assert_allclose(field(places), plane(places), atol=1e-4)
+        between = 0.5 * (places[:-1] + places[1:])[:4]
+        np.testing.assert_allclose(field(between), plane(between), atol=1e-4)
+        values = plane(places)
+        values[5] = math.nan
+        (grid.point_data if association == "point" else grid.cell_data)["HU"] = values
+        where = ", ".join(f"{v:.6g}" for v in places[5])
+        with pytest.raises(ArgumentError, match=f"1 of .*{re.escape(where)}"):
+            from_image(grid)
+
+
+@pytest.mark.filterwarnings("ignore:The VTK reader")
+def test_a_file_that_is_no_image_says_so(tmp_path):
+    (tmp_path / "broken.vti").write_text("hello")
+    with pytest.raises(FileError, match=r"image: .*broken"):
+        from_image(tmp_path / "broken.vti")
+    with pytest.raises(ArgumentError, match="no arrays"):
+        from_image(pv.ImageData(dimensions=(2, 2, 2)))
+
+
+@pytest.mark.parametrize("kind", [">f8", "<f4", "i8", "u1"])
+def test_any_real_numbers_make_a_grid(kind):
+    values = np.arange(24).reshape(2, 3, 4).astype(kind)
+    values.flags.writeable = False
+    assert from_grid(values, 1)((1, 1, 1)) == 17
+
+
+def test_masked_numbers_are_nan():
+    values = np.ma.masked_greater(np.arange(24.0).reshape(2, 3, 4), 3)
+    with pytest.raises(ArgumentError, match="20 of 24"):
+        from_grid(values, 1)
+    assert from_grid(values, 1, nan=-1)((1, 1, 1)) == -1
+
+
 def test_a_stack_of_pictures(tmp_path):
     from skimage.io import imsave
 
@@ -114,6 +160,14 @@ def test_a_stack_of_pictures(tmp_path):
     field = from_image(paths, spacing=(1, 2, 5))
     assert field((5, 2 * 3, 5 * 2)) == values[2, 3, 5]
     assert field((4, 2 * 1, 5 * 1)) == values[1, 1, 4]
+    colours = np.stack([values[0], 0 * values[0], values[0], 255 + 0 * values[0]], axis=-1)
+    imsave(tmp_path / "colours.png", colours, check_contrast=False)
+    assert from_image([tmp_path / "colours.png"] * 2, spacing=1)((5, 3, 1)) == pytest.approx(
+        float(values[0, 3, 5]) * 2 / 3
+    )
+    imsave(tmp_path / "pages.tif", np.zeros((7, 8, 9), np.uint8), check_contrast=False)
+    with pytest.raises(ArgumentError, match=r"image: .*pages"):
+        from_image([tmp_path / "pages.tif"], spacing=1)
     with pytest.raises(FileError, match=r"9\.png"):
         from_image([*paths, tmp_path / "9.png"], spacing=1)
     with pytest.raises(ArgumentError, match="spacing"):
@@ -162,6 +216,12 @@ def block(n: int = 4) -> pv.UnstructuredGrid:
     grid["load"] = plane(np.asarray(grid.points))
     grid["pull"] = np.asarray(grid.points) * [3, 0, 4]
     grid.cell_data["part"] = (grid.cell_centers().points[:, 0] > 5).astype(float)
+    return grid
+
+
+def named() -> pv.UnstructuredGrid:
+    grid = block(1)
+    grid["name"] = np.array(["a"] * grid.n_points)
     return grid
 
 
@@ -232,7 +292,8 @@ def test_numbers_of_cells_and_components():
     assert part([[2, 3, 4], [8, 3, 4]]).tolist() == [0, 1]
     pull = from_mesh_data(block(), "pull", component="magnitude", spacing=2.5)
     assert pull((10, 0, 10)) == pytest.approx(50)
-    assert from_mesh_data(block(), "pull", component=2, spacing=2.5)((1, 2, 3)) == pytest.approx(12)
+    for third in (2, np.int64(2)):
+        assert from_mesh_data(block(), "pull", component=third, spacing=2.5)((1, 2, 3)) == pytest.approx(12)
     with pytest.raises(ArgumentError, match="component"):
         from_mesh_data(block(), "pull")
 
@@ -241,6 +302,25 @@ def test_a_missing_array_lists_those_there_are():
     for name in ("stress", None):
         with pytest.raises(ArgumentError, match=r"'load' \(points\).*'part' \(cells\)"):
             from_mesh_data(block(), name)
+
+
+@pytest.mark.parametrize("spacing", [None, 0.25])
+def test_shells_give_their_values_to_the_space_about_them(spacing):
+    """A mesh of triangles has no inside: the value is that of the nearest point of it."""
+    shell = pv.Plane(i_size=10, j_size=10, i_resolution=5, j_resolution=5).triangulate()
+    shell.clear_data()
+    shell["load"] = np.asarray(shell.points)[:, 0]
+    roof = pv.UnstructuredGrid(shell)
+    points = RNG.uniform(-5, 5, (100, 3)) * [1, 1, 0.1]
+    for mesh in (shell, roof):
+        np.testing.assert_allclose(from_mesh_data(mesh, "load", spacing=spacing)(points), points[:, 0], atol=1e-3)
+    ball = pv.Sphere(radius=5, theta_resolution=60, phi_resolution=60)
+    ball.clear_data()
+    ball["load"] = np.asarray(ball.points)[:, 2]
+    normal = RNG.normal(size=(100, 3))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    found = from_mesh_data(ball, "load", spacing=spacing)(5 * normal)
+    np.testing.assert_allclose(found, 5 * normal[:, 2], atol=0.1)
 
 
 @needs_data
@@ -279,6 +359,15 @@ def test_nearest_and_inverse_distance_meet_their_points_and_keep_within():
         field = from_points(at, values, method, spacing=2, over=((0, 0, 0), (8, 8, 8)))
         np.testing.assert_allclose(field(at), values, atol=1e-5)
         assert values.min() - 1e-6 <= field(points).min() <= field(points).max() <= values.max() + 1e-6
+
+
+def test_of_points_at_one_place_the_mean_counts():
+    at = np.concatenate([RNG.uniform(0, 10, (40, 3)), [(i, j, k) for i in (0, 10) for j in (0, 10) for k in (0, 10)]])
+    points = RNG.uniform(0, 10, (50, 3))
+    for method in ("nearest", "linear", "inverse distance", "rbf"):
+        once = from_points(at, plane(at), method, spacing=2)
+        twice = from_points(np.concatenate([at, at]), np.concatenate([plane(at) + 1, plane(at) - 1]), method, spacing=2)
+        np.testing.assert_allclose(twice(points), once(points), atol=1e-3)
 
 
 # --- remap -------------------------------------------------------------------------------------------------------------------
@@ -426,12 +515,28 @@ def test_a_field_is_held_against_the_part_it_is_for():
         ("origin", ArgumentError, lambda: from_grid(np.zeros((2, 2, 2)), 1, (0, 0))),
         ("nan", ArgumentError, lambda: from_grid(np.full((2, 2, 2), np.nan), 1, nan="zero")),
         ("axes", ArgumentError, lambda: from_image(np.zeros((2, 2, 2)), spacing=1, axes="yxz")),
-        ("path", FileError, lambda: from_image("nowhere.vti")),
+        ("image", FileError, lambda: from_image("nowhere.vti")),
         ("path", FileError, lambda: from_grid("nowhere.vdb")),
-        ("path", FileError, lambda: from_mesh_data("nowhere.vtu")),
+        ("data", FileError, lambda: from_mesh_data("nowhere.vtu")),
         ("image", ArgumentError, lambda: from_image(block(), "load")),
         ("array", ArgumentError, lambda: from_image(image(), "density")),
         ("data", ArgumentTypeError, lambda: from_mesh_data(np.zeros(3), "load")),
+        ("values", ArgumentTypeError, lambda: from_grid(np.zeros((2, 2, 2), complex), 1)),
+        ("values: 8 of 8 .* beyond", ArgumentError, lambda: from_grid(np.full((2, 2, 2), 1e300), 1)),
+        ("nan: .*did you mean 'nearest'", ArgumentError, lambda: from_grid(np.zeros((2, 2, 2)), 1, nan="neares")),
+        ("spacing", ArgumentError, lambda: from_grid(frep.sphere((0, 0, 0), 2).sample(voxel=0.5), 1)),
+        ("periodic", ArgumentError, lambda: from_grid(frep.sphere((0, 0, 0), 2).sample(voxel=0.5), periodic=True)),
+        ("array", ArgumentError, lambda: from_image(np.zeros((2, 2, 2)), "HU", spacing=1)),
+        ("array: .*did you mean 'HU'", ArgumentError, lambda: from_image(image(), "hu")),
+        ("nan", ArgumentError, lambda: from_mesh_data(block(), "load", nan="closest")),
+        ("nan", ArgumentTypeError, lambda: from_mesh_data(block(), "load", nan=X)),  # type: ignore[arg-type]
+        ("component", ArgumentError, lambda: from_mesh_data(block(), "pull", component=True)),
+        ("component", ArgumentError, lambda: from_mesh_data(block(), "load", component=1)),
+        ("array: 'name'", ArgumentTypeError, lambda: from_mesh_data(named(), "name")),
+        ("plane", ArgumentError, lambda: from_points(RNG.uniform(0, 9, (20, 3)) * [1, 1, 0], np.ones(20), "rbf")),
+        ("method: .*'linear'", ArgumentError, lambda: from_points(np.eye(3), [1, 2, 3], "liner")),
+        ("curve: .*'smoothstep'", ArgumentError, lambda: remap(X, (0, 1), (0, 1), curve="smothstep")),
+        ("smoothing", ArgumentError, lambda: smoothed(from_grid(np.zeros((2, 2, 2)), 1), 1e9)),
         ("spacing", ArgumentError, lambda: from_mesh_data(block(), "load", spacing=0)),
         ("spacing", frep.TooLargeError, lambda: from_mesh_data(block(), "load", spacing=1e-4)),
         ("scale", ArgumentError, lambda: from_mesh_data(block(), "load", scale=0)),

@@ -27,6 +27,8 @@ from graded import (
     step,
     table,
 )
+from graded.laws import parabola_thesis
+from graded.sampling_rules import along_beams
 from topologies import beams
 
 X, Y, Z = frep.coordinates()
@@ -60,6 +62,44 @@ def test_parabola_reaches_its_middle_and_does_not_exceed_it():
     # Means over the length: 1 + 2/3 * 5.
     inside = law(np.stack([np.linspace(0, 200, 20001), np.zeros(20001), np.zeros(20001)], axis=1))
     assert inside.mean() == pytest.approx(1 + 2 / 3 * 5, rel=1e-3)
+
+
+def test_the_parabola_of_the_thesis_peaks_at_the_sum():
+    """O10: with 1 and 6, D(0) = D(1) = 1, D(1/2) = 7, mean 5, mean square 28.2."""
+    law = parabola_thesis("x", 0, 1, 1, 6)
+    assert law([[0, 0, 0], [0.5, 0, 0], [1, 0, 0]]).tolist() == [1, 7, 1]
+    x = (np.arange(1000) + 0.5) / 1000
+    values = law(np.stack([x, x, x], axis=1))
+    np.testing.assert_allclose(values, -4 * 6 * (x - 0.5) ** 2 + 6 + 1, atol=1e-12)
+    assert values.mean() == pytest.approx(5, abs=1e-4)
+    assert (values**2).mean() == pytest.approx(28.2, abs=1e-3)
+
+
+@pytest.mark.parametrize("exponent", [0.01, 0.3, 2.5, 40.7])
+def test_a_power_is_nothing_at_its_start(exponent):
+    law = power("x", 0, 10, 1, 2, exponent)
+    x = np.array([-1.0, 0.0, 1e-6, 2.5, 10.0])
+    np.testing.assert_allclose(law(np.stack([x, x, x], axis=1)), 1 + (np.clip(x, 0, 10) / 10) ** exponent, rtol=1e-6)
+    assert law.bounds((-5, 0, 0), (0, 1, 1))[1] == pytest.approx(1)
+
+
+def test_laws_come_as_an_array_too():
+    law = piecewise("x", np.array([1, 2]), np.array([1.0, 2.0, 3.0]))
+    assert law([[0, 0, 0], [1.5, 0, 0], [3, 0, 0]]).tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("meant", "call"),
+    [
+        ("'x'", lambda: linear("X", 0, 1, 1, 2)),
+        ("'normalised'", lambda: linear("x", 0, 1, 1, 2, coordinates="normalized")),
+        ("'cell'", lambda: linear("x", 0, 1, 1, 2, sample="cells", cell=3)),
+        ("'coordinates'", lambda: linear("x", 0, 1, 1, 2, coordinate="cell")),  # type: ignore[call-arg]
+    ],
+)
+def test_unknown_names_suggest_the_nearest(meant, call):
+    with pytest.raises((ArgumentError, ArgumentTypeError), match=f"did you mean {meant}"):
+        call()
 
 
 def test_ends_are_clamped():
@@ -286,6 +326,60 @@ def test_nodes_read_the_law_where_they_are():
     assert strut.contains([[9.5, 1.8, 0], [0.5, 1.8, 0]]).tolist() == [True, False]
 
 
+def test_nodes_of_a_region_of_a_periodic_lattice():
+    lattice = beams.bcc(5).rotate("z", 0.4).over(((0, 0, 0), (10, 10, 10)))
+    np.testing.assert_allclose(at_nodes(X + 2 * Y, lattice), lattice.skeleton.nodes @ [1, 2, 0])
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
+@pytest.mark.parametrize(
+    "law",
+    [
+        linear("x", 0, 20, 1, 3),
+        linear("x", 3, 11, 1, 3),
+        2 + frep.sin(X / 2) * frep.cos(Y),
+        1 + 0.1 * frep.hypot(X - 3, Y),
+        lambda x, y, z: np.where(x < 7, 1.0, 2.0 + 0.01 * y),
+    ],
+)
+def test_beams_follow_a_law_along_their_axes(law, tolerance):
+    """LF-rep 5, "foot": the diameter at every point of an axis, but next to a jump."""
+    lattice = beams.diamond(8).over(((0, 0, 0), (16, 16, 8)))
+    topology, diameters = along_beams(law, lattice, tolerance=tolerance)
+    skeleton, field = topology.skeleton, frep.as_field(law)
+    shares = np.linspace(0, 1, 33)
+    ends = skeleton.segments()
+    points = ends[:, None, 0] + shares[:, None] * (ends[:, 1] - ends[:, 0])[:, None]
+    there = field(points.reshape(-1, 3)).reshape(len(ends), -1)
+    tapered = diameters[skeleton.edges][:, :1] * (1 - shares) + diameters[skeleton.edges][:, 1:] * shares
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    whole = np.linalg.norm(np.diff(lattice.skeleton.segments(), axis=1)[:, 0], axis=1)
+    off = np.abs(there - tapered).max(axis=1)
+    # Between the places that are looked at, a law may bend a little more.
+    assert np.all((off <= 1.1 * tolerance) | (lengths < 0.0011 * whole.max()))
+    np.testing.assert_allclose(diameters, field(skeleton.nodes))
+    assert lengths.sum() == pytest.approx(whole.sum())
+    np.testing.assert_array_equal(skeleton.nodes[: len(lattice.skeleton.nodes)], lattice.skeleton.nodes)
+    assert type(topology) is type(lattice)
+
+
+def test_beams_get_nodes_only_where_a_law_bends():
+    strut = beams.graph([(0, 0, 0), (16, 0, 0), (16, 5, 0)], [(0, 1), (1, 2)])
+    assert along_beams(linear("x", -5, 20, 1, 3), strut)[0] is strut
+    knee, diameters = along_beams(linear("x", 8, 16, 1, 3), strut)
+    np.testing.assert_allclose(knee.skeleton.nodes[3:], [[8, 0, 0]])
+    np.testing.assert_allclose(diameters, [1, 3, 3, 1])
+    finer = [len(along_beams(1 + (X / 16) ** 2, strut, tolerance=t)[1]) for t in (0.1, 0.01, 0.001)]
+    assert finer[0] < finer[1] < finer[2] < 3 + 64
+
+
+def test_a_law_at_the_foot_makes_cones():
+    """A straight law: the tapered beam is the sphere-swept cone, whatever is asked of the tolerance."""
+    strut = beams.graph([(0, 0, 0), (20, 0, 0)], [(0, 1)])
+    topology, diameters = along_beams(linear("x", 0, 20, 1, 4), strut)
+    np.testing.assert_allclose(topology.thicken(diameters).field(POINTS), strut.thicken([1, 4]).field(POINTS))
+
+
 def test_feet_are_constant_along_normals():
     ball = frep.sphere((0, 0, 0), 10)
     law = at_foot(linear("x", -10, 10, 1, 3), ball.field)
@@ -298,7 +392,7 @@ BAD_OPTIONS = [
     ("coordinates", ArgumentError, {"coordinates": "polar"}),
     ("over", ArgumentError, {"coordinates": "normalised"}),
     ("over", ArgumentError, {"over": ((0, 0, 0), (1, 1, 1))}),
-    ("over", ArgumentError, {"coordinates": "normalised", "over": frep.half_space((0, 0, 1))}),
+    ("over", frep.UnboundedError, {"coordinates": "normalised", "over": frep.half_space((0, 0, 1))}),
     ("over", ArgumentError, {"coordinates": "normalised", "over": ((0, 0, 0), (1, 1, 0))}),
     ("over", ArgumentTypeError, {"coordinates": "normalised", "over": "body"}),
     ("cell", ArgumentError, {"coordinates": "cell"}),
@@ -337,9 +431,17 @@ def test_options_that_do_not_fit_are_refused(argument, error, options):
         ("values", ArgumentError, lambda: table("x", [0, 1], [1, 2, 3])),
         ("values", ArgumentError, lambda: table("x", [0, 1], [1, math.nan])),
         ("cell", ArgumentError, lambda: per_cell(X, 0)),
-        ("topology", ArgumentError, lambda: at_nodes(X, beams.bcc())),
+        (r"topology.*\.over\(region\)", ArgumentError, lambda: at_nodes(X, beams.bcc())),
+        (r"topology.*\.over\(region\)", ArgumentError, lambda: along_beams(X, beams.bcc().translate((1, 0, 0)))),
+        ("topology", ArgumentTypeError, lambda: along_beams(X, frep.sphere((0, 0, 0), 1))),
+        (
+            "tolerance",
+            ArgumentError,
+            lambda: along_beams(X, beams.graph([(0, 0, 0), (1, 0, 0)], [(0, 1)]), tolerance=0),
+        ),
         ("topology", ArgumentTypeError, lambda: at_nodes(X, 5)),
         ("distance", ArgumentTypeError, lambda: at_foot(X, "far")),
+        ("distance.*along_beams", ArgumentTypeError, lambda: at_foot(X, beams.bcc())),
     ],
 )
 def test_bad_input_of_the_other_laws_names_the_argument(argument, error, call):

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 import frep
-from frep import ArgumentError, ArgumentTypeError, Solid
+from frep import ArgumentError, ArgumentTypeError, EmptyError, Solid
 from topologies import beams
 
 RNG = np.random.default_rng(2)
@@ -287,6 +287,107 @@ def test_widths_are_features():
     assert float(tapered.features[0].width) == pytest.approx(0.4)
 
 
+# --- moved -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("axis", "angle"), [("y", -math.pi / 4), ((1, 2, 3), 0.7), ("z", math.pi / 2), ("x", 0.0)])
+def test_a_turned_lattice_is_the_solid_turned(axis, angle):
+    topology, center = beams.bcc((4, 5, 6)), (1, -2, 3)
+    points = RNG.uniform(-12, 12, (500, 3))
+    made = topology.rotate(axis, angle, center).translate((0.3, -7, 2)).thicken(0.9, node=1.3, blend=0.2)
+    expected = topology.thicken(0.9, node=1.3, blend=0.2).rotate(axis, angle, center).translate((0.3, -7, 2))
+    np.testing.assert_allclose(made.field(points), expected.field(points), atol=1e-9)
+    assert not made.is_bounded
+
+
+def test_widths_of_a_moved_are_read_in_the_world():
+    """At every point the value is that of a lattice of the constant width that the law has there."""
+    axis, angle, center = (1, 2, 3), 0.7, (1, -2, 3)
+    width, ball, round_ = 1 + 0.05 * X, 1.2 + 0.04 * frep.sin(Y), 0.2 + 0.01 * Z
+    moved = beams.fcc(6).rotate(axis, angle, center)
+    graded = moved.thicken(width, node=ball, blend=round_)
+    assert graded.features[0].width is frep.as_field(width)
+    for point in RNG.uniform(-8, 8, (40, 3)):
+        widths = [float(frep.as_field(f)(point)) for f in (width, ball, round_)]
+        plain = beams.fcc(6).thicken(widths[0], node=widths[1], blend=widths[2]).rotate(axis, angle, center)
+        assert graded.field(point) == pytest.approx(float(plain.field(point)), abs=1e-9)
+    square = moved.thicken(width, section=beams.square(0.05 * (3 + frep.cos(Z))))
+    for point in RNG.uniform(-8, 8, (20, 3)):
+        fillet = beams.square(0.05 * (3 + math.cos(point[2])))
+        plain = beams.fcc(6).thicken(1 + 0.05 * point[0], section=fillet).rotate(axis, angle, center)
+        assert square.field(point) == pytest.approx(float(plain.field(point)), abs=1e-9)
+
+
+def test_a_turned_lattice_meshes_with_the_volume_it_had():
+    """A ball of the lattice, turned about its centre, holds what the ball held before."""
+    ball = frep.sphere((2, 2, 2), 6)
+    plain, moved = beams.bcc(4), beams.bcc(4).rotate((1, 2, 3), 0.7, (2, 2, 2))
+    parts = [topology.thicken(0.8) & ball for topology in (plain, moved)]
+    volumes = [part.volume(voxel=0.2) for part in parts]
+    assert volumes[0] == pytest.approx(volumes[1], rel=4e-3)
+    assert parts[1].mesh(voxel=0.2).check().printable
+
+
+def test_graphs_move_node_by_node():
+    strut = beams.graph([(0, 0, 0), (10, 0, 0)], [(0, 1)])
+    there = strut.rotate("z", math.pi / 2, (10, 0, 0)).translate((1, 2, 3))
+    np.testing.assert_allclose(there.skeleton.nodes, [[11, -8, 3], [11, 2, 3]], atol=1e-12)
+    assert there.placement is None
+
+
+# --- explicit graphs ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("move", [lambda t: t, lambda t: t.rotate((1, 2, 3), 0.7, (5, 0, 0)).translate((0.2, 0.1, 5))])
+@pytest.mark.parametrize("make", [beams.bcc, beams.kagome, beams.vintiles, beams.diamond])
+def test_the_graph_of_a_region_is_the_lattice_there(make, move):
+    topology, box = move(make(4)), ((-3, 1, 2), (6.5, 7, 9))
+    explicit = topology.over(box, margin=2.0)
+    points = RNG.uniform(*box, (800, 3))
+    periodic, graph = topology.thicken(0.7, node=1.0).field(points), explicit.thicken(0.7, node=1.0).field(points)
+    near = periodic < 1.4  # farther beams than the margin are not there
+    np.testing.assert_allclose(graph[near], periodic[near], atol=1e-9)
+    assert near.mean() > 0.5
+    solid = topology.over(frep.box(*box), margin=2.0)
+    np.testing.assert_array_equal(solid.skeleton.nodes, explicit.skeleton.nodes)
+
+
+def test_a_trimmed_lattice_ends_on_the_body():
+    body = frep.sphere((1, 2, 3), 9)
+    inside = beams.octet(5).trimmed(body)
+    nodes, cut = inside.skeleton.nodes, inside.report.cut
+    assert body.field(nodes).max() <= 1e-7
+    np.testing.assert_allclose(body.field(nodes[cut]), 0, atol=1e-7)
+    assert set(inside.connectivity().dangling.tolist()) <= set(cut.tolist())
+    points = RNG.uniform(-4, 8, (500, 3))
+    points = points[body.field(points) < -1.0]
+    np.testing.assert_allclose(
+        (inside.thicken(0.8).field(points) < 0), (beams.octet(5).thicken(0.8).field(points) < 0), atol=0
+    )
+    half = beams.octet(5).over(body).trimmed(frep.half_space((0, 0, 1), (0, 0, 2.5)))
+    assert half.skeleton.nodes[:, 2].max() == pytest.approx(2.5)
+
+
+def test_divided_beams_are_the_same_lattice():
+    points = RNG.uniform(-6, 6, (300, 3))
+    for topology in (beams.bcc(4), beams.bcc(4).over(((-9, -9, -9), (9, 9, 9))), beams.bcc(4).rotate("x", 0.3)):
+        fine = topology.subdivided(1.0)
+        assert len(fine.skeleton.edges) == 4 * len(topology.skeleton.edges)
+        np.testing.assert_allclose(fine.thicken(1).field(points), topology.thicken(1).field(points), atol=1e-9)
+
+
+def test_groups_that_were_moved_alike_combine():
+    def move(t):
+        return t.rotate("x", 0.3).translate((1, 2, 3))
+
+    points = RNG.uniform(-6, 6, (300, 3))
+    one = beams.combine(move(beams.bcc(4)), move(beams.columns(4))).thicken(0.6).field(points)
+    np.testing.assert_array_equal(one, move(beams.bccz(4)).thicken(0.6).field(points))
+    with pytest.raises(ArgumentError, match=r"topologies: .* were not moved alike"):
+        beams.combine(beams.bcc(4), move(beams.columns(4)))
+    assert move(beams.columns(4)).check()[0].kind == "separate parts"
+
+
 # --- refusals ----------------------------------------------------------------------------------------------------------
 
 N2 = [(0, 0, 0), (1, 0, 0)]
@@ -327,6 +428,21 @@ BAD = [
     ("fillet", ArgumentError, lambda: beams.square(-0.1)),
     ("blend", ArgumentError, lambda: ONE.thicken(1, blend=-1)),
     ("blend", ArgumentError, lambda: ONE.thicken(1, blend=math.nan)),
+    ("axis", ArgumentTypeError, lambda: ONE.rotate("w", 1)),
+    ("angle", ArgumentError, lambda: beams.bcc().rotate("x", math.inf)),
+    ("center", ArgumentError, lambda: beams.bcc().rotate("x", 1, (0, 0))),
+    ("vector", ArgumentTypeError, lambda: beams.bcc().translate("up")),
+    ("region", frep.UnboundedError, lambda: beams.bcc().over(frep.half_space((0, 0, 1)))),
+    ("region", ArgumentError, lambda: beams.bcc().over(((0, 0, 0), (1, 1, 0)))),
+    ("region", ArgumentTypeError, lambda: beams.bcc().over("all")),
+    ("region", EmptyError, lambda: ONE.over(((5, 5, 5), (6, 6, 6)))),
+    ("margin", ArgumentError, lambda: beams.bcc().over(((0, 0, 0), (1, 1, 1)), margin=-1)),
+    ("solid", ArgumentError, lambda: beams.bcc().trimmed(frep.half_space((0, 0, 1)))),
+    ("solid", ArgumentTypeError, lambda: ONE.trimmed(((0, 0, 0), (1, 1, 1)))),
+    ("solid", EmptyError, lambda: ONE.trimmed(frep.sphere((5, 5, 5), 1))),
+    ("length", ArgumentError, lambda: ONE.subdivided(0)),
+    ("connectivity", ArgumentTypeError, lambda: beams.bcc().connectivity()),
+    ("check", ArgumentTypeError, lambda: ONE.check()),
 ]
 
 

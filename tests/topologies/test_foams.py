@@ -60,6 +60,15 @@ def test_the_cells_of_a_honeycomb_are_hexagons():
     assert comb / box == pytest.approx(1 - (1 - wall / U) ** 2, abs=2e-3)
 
 
+@pytest.mark.parametrize("name", CENTRES)
+def test_the_period_repeats(name):
+    foam = getattr(foams, name)(cell=U)
+    points = RNG.uniform(-U, U, (500, 3))
+    for axis in range(3):
+        shift = np.eye(3)[axis] * foam.period[axis]
+        np.testing.assert_allclose(foam.distance(points + shift), foam.distance(points), atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("argument", "error", "call"),
     [

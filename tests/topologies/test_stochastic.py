@@ -351,6 +351,15 @@ def test_fibres_are_cut_to_the_body():
     assert np.abs(along[:, 0]).min() >= math.cos(0.2) - 1e-9
 
 
+@pytest.mark.parametrize("length", [0.5, 5.0, 1e5])
+def test_mean_length_of_cut_fibres(length):
+    """Of random pieces of length l that meet a convex body, V + l S / 4 parts in all, l V lies in it."""
+    body, volume, surface = frep.box((0, 0, 0), (1, 2, 6)), 12.0, 40.0
+    found = lengths(stochastic.fibres(body, 4000, length=length, random_state=2))
+    expected = length * volume / (volume + length * surface / 4)
+    assert found.mean() == pytest.approx(expected, abs=4 * found.std() / math.sqrt(len(found)))
+
+
 # --- bad input -----------------------------------------------------------------------------------------------------------
 
 VORONOI = stochastic.voronoi
@@ -365,6 +374,19 @@ BAD = [
     (lambda: VORONOI(BALL, cell_size=40, random_state=1), ArgumentError, "seeds in a body whose bounds"),
     (lambda: VORONOI(BALL, cell_size=0.01, random_state=1), ArgumentError, "are the most"),
     (lambda: VORONOI(BALL, cell_size=3, method="halton", random_state=1), ArgumentError, "method"),
+    (
+        lambda: VORONOI(BALL, cell_size=3, method="poisson", random_state=1),
+        ArgumentError,
+        "did you mean 'poisson_disk'",
+    ),
+    (
+        lambda: VORONOI(BALL, cell_size=X, random_state=1, method="uniform"),
+        ArgumentError,
+        "^cell_size: .*more than 0 mm",
+    ),
+    (lambda: VORONOI(BALL, density=X, random_state=1), ArgumentError, "^density: .*more than 0"),
+    (lambda: VORONOI(BALL, cell_size=0.01, random_state=1), ArgumentError, "^cell_size: asks for"),
+    (lambda: VORONOI(UNIT, cell_size=1 + X, random_state=1, periodic=True), ArgumentTypeError, "^cell_size: .*uniform"),
     (lambda: VORONOI(BALL, cell_size=3, relax=-1, random_state=1), ArgumentError, "relax"),
     (lambda: VORONOI(BALL, cell_size=3, overhang=-1, random_state=1), ArgumentError, "overhang"),
     (lambda: VORONOI(BALL, cell_size=3, periodic=True, random_state=1), ArgumentError, "frep.box"),
@@ -388,6 +410,10 @@ BAD = [
     (lambda: stochastic.fibres(BALL, 5, directions="x", random_state=1), ArgumentTypeError, "directions"),
     (lambda: stochastic.fibres(BALL, 5, directions=["x"], spread=2, random_state=1), ArgumentError, "spread"),
     (lambda: stochastic.fibres(BALL, 5), ArgumentTypeError, "random_state"),
+    (lambda: stochastic.fibres(BALL, 5, directions=(0, 0, 1), random_state=1), ArgumentTypeError, "list of axes"),
+    (lambda: stochastic.fibres(BALL, 5, spread=9, random_state=1), ArgumentError, "spread"),
+    (lambda: stochastic.fibres(BALL, 10**9, random_state=1), ArgumentError, "^number: asks for"),
+    (lambda: seeding.uniform(BALL, 10**12, random_state=1), ArgumentError, "^number: asks for"),
     (lambda: seeding.uniform(BALL, 2.5, random_state=1), ArgumentTypeError, "number"),  # type: ignore[arg-type]
     (lambda: seeding.poisson_disk(UNIT, X + 1, random_state=1, periodic=True), ArgumentTypeError, "distance"),
 ]
@@ -397,6 +423,35 @@ BAD = [
 def test_bad_input(call, error, text):
     with pytest.raises(error, match=text):
         call()
+
+
+def test_a_body_as_thin_as_its_cells_warns_that_edges_are_left_out():
+    """Edges across a plate hang together through its faces alone."""
+    plate = frep.box((0, 0, 0), (50, 50, 0.2))
+    with pytest.warns(stochastic.LooseEdgesWarning, match="connected=False"):
+        lattice = VORONOI(plate, cell_size=5, random_state=1)
+    everything = VORONOI(plate, cell_size=5, random_state=1, connected=False)
+    assert len(everything.skeleton.edges) > 20 * len(lattice.skeleton.edges)
+
+
+def test_density_may_vanish():
+    """Nothing is placed where no cells are asked for; there cells are as large as those about them make them."""
+    points = VORONOI(BLOCK, density=0.2 * frep.clip(X - 3, 0, 1), random_state=1, connected=False).skeleton.nodes
+    assert (points[:, 0] > 3).mean() > 0.8
+
+
+@given(seed=st.integers(0, 500))
+def test_a_seed_and_its_image_are_one(seed):
+    """A period apart they are the same seed, which no cell parts."""
+    points = seeding.uniform(BLOCK, 6, random_state=seed)
+    lo, hi = BLOCK.bounds
+    points[0, seed % 3] = lo[seed % 3]
+    image = points[0].copy()
+    image[seed % 3] = hi[seed % 3]
+    both = np.concatenate([points, [image]])
+    for make in (stochastic.voronoi, stochastic.delaunay, stochastic.face_distance):
+        with pytest.raises(ArgumentError, match=r"seeds 0 and 6 .*a period apart"):
+            make(BLOCK, seeds=both, periodic=True)
 
 
 def test_seeds_in_a_plane_will_do_for_a_foam():

@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import frep
 from frep import ArgumentError, ArgumentTypeError
@@ -203,6 +204,54 @@ def test_drops_that_vary():
         tpms.schwarz_p(cell=U, drop_x=drop).sheet(1.0)
 
 
+VARYING = {
+    "drop": lambda **more: tpms.gyroid(cell=U, drop_x=frep.clip(X / 20, 0.3, 1), **more),
+    "phase": lambda **more: tpms.gyroid(cell=U, phase=(0, 0.8 * frep.sin(X / 4), 0), **more),
+    "turned": lambda **more: tpms.schwarz_p(
+        cell=(U, 0.8 * U, U), rotation=("z", 0.3), phase=(0, 0, 0.5 * frep.sin(X / 4)), **more
+    ),
+    "member": lambda **more: tpms.primitive_gyroid_diamond(frep.clip(X / 20 + 0.6, 0, 1.4), U, **more),
+}
+
+
+@pytest.mark.parametrize("kind", VARYING)
+def test_what_varies_has_true_distances_over_a_box(kind):
+    """Against a cloud of points on the zero set; the first order, or the surface before it is moved, is several times off."""
+    lo, hi = np.zeros(3), np.array([1.6, 1.0, 1.0]) * U
+    surface = VARYING[kind](over=(lo, hi))
+    cloud = RNG.uniform(lo - 1.5, hi + 1.5, (120000, 3))
+    for _ in range(15):
+        slope = surface.level.gradient(cloud)
+        step = (surface.level(cloud) / np.maximum((slope**2).sum(1), 1e-3))[:, None] * slope
+        cloud = cloud - step * np.minimum(1, 0.5 / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+    cloud = cloud[np.abs(surface.level(cloud)) < 1e-9]
+    points = RNG.uniform(lo + 1.5, hi - 1.5, (3000, 3))
+    brute = cKDTree(cloud).query(points)[0]
+    asked = (brute > 0.04 * U) & (brute < 0.12 * U)
+
+    def off(field: frep.Field) -> float:
+        return float(np.quantile(np.abs(np.abs(field(points)) - brute)[asked], 0.95))
+
+    found = off(surface.distance)
+    assert found < 3e-3 * U
+    assert off(VARYING[kind](scale="gradient").value) > 1.8 * found
+    if kind in ("phase", "turned"):
+        assert off(VARYING[kind]().distance) > 2 * found
+    # Beyond the box the wall goes on, to first order.
+    beyond = POINTS[np.any((lo > POINTS) | (hi < POINTS), axis=1)]
+    np.testing.assert_allclose(surface.distance(beyond), VARYING[kind](scale="gradient").value(beyond), atol=1e-9)
+    part = surface.sheet(0.8) & frep.box(lo, hi)
+    assert part.mesh(voxel=0.4).check().closed
+
+
+def test_a_box_changes_nothing_where_nothing_varies():
+    """A surface that is only moved and turned has its distance from one period, which is finer."""
+    plain, boxed = (
+        tpms.gyroid(cell=U, rotation=("z", 0.4), over=over) for over in (None, frep.box((0,) * 3, (9,) * 3))
+    )
+    assert boxed.distance is plain.distance
+
+
 def test_transitions_by_a_field():
     """Where the law stands still, the sheet is that of the number; between, its middle is where the formula is zero."""
     law = frep.clip(Z / U, 0.0, 1.0)
@@ -315,6 +364,9 @@ BAD = [
     ("rotation", ArgumentError, lambda: tpms.gyroid(5, rotation=-np.eye(3))),
     ("period", ArgumentError, lambda: tpms.schwarz_d(5, period="3pi")),
     ("dropx", ArgumentTypeError, lambda: tpms.gyroid(5, dropx=0)),
+    ("over", ArgumentTypeError, lambda: tpms.gyroid(5, over=3)),
+    ("over", ArgumentError, lambda: tpms.gyroid(5, over=((1, 1, 1), (0, 2, 2)))),
+    ("over", frep.UnboundedError, lambda: tpms.gyroid(5, over=frep.half_space((0, 0, 1)))),
     ("t", ArgumentError, lambda: tpms.primitive_gyroid_diamond(2.1)),
     ("t", ArgumentError, lambda: tpms.primitive_neovius(X)),
     ("level", ArgumentTypeError, lambda: tpms.surface(3)),
