@@ -275,6 +275,39 @@ def lattice(
     run_lattice(program, action, options, _replaced(param))
 
 
+@app.command
+def topologies(
+    name: str | None = None,
+    /,
+    *,
+    family: str | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    picture: Path | None = None,
+    curve: Path | None = None,
+    page: Path | None = None,
+) -> None:
+    """List the topologies there are, or tell all of one.
+
+    Parameters
+    ----------
+    name
+        A topology; all of them in tables if not given.
+    family
+        List only this family.
+    json
+        Print JSON instead.
+    picture
+        A .png to draw the topology into.
+    curve
+        A .png or .csv for its volume fraction against thickness, diameter or bias.
+    page
+        A .html for the whole catalogue, or a family: pictures, parameters, limits, volume fractions, in one file.
+    """
+    from frep.topology_cli import Options, run_topologies
+
+    run_topologies(name, Options(family=family, json=json, picture=picture, curve=curve, page=page))
+
+
 def _run(path: Path, params: list[str] | None) -> Design:
     from frep.design import load_design
     from frep.progress import progress
