@@ -51,6 +51,7 @@ ENTRIES = (
     Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
     Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60"}),
     Entry("fcc_section", "fcc_section", compared={"ny": "3", "nz": "3", "voxel": "0.2"}),
+    Entry("lattice_query", "lattice_query", compared={"Nx": "2", "Ny": "2", "Nz": "6"}),
     Entry("infill", "infill", cut={"cut": "z"}, compared={"size": "100", "cut": "z"}),
     Entry(
         "infill_bunny",
@@ -62,6 +63,19 @@ ENTRIES = (
     ),
     Entry("voronoi", "voronoi", compared={"size": "16"}),
     Entry("spinodal", "spinodal", compared={"size": "16"}),
+    Entry("beam_cells", "beam_cells", compared={"across": "1", "voxel": "0.6"}),
+    Entry(
+        "surfaces",
+        "surfaces",
+        compared={"wall": "0.9", "across": "1", "pitch": "17", "scale": "gradient", "voxel": "0.45"},
+    ),
+    Entry(
+        "surfaces_solid",
+        "surfaces",
+        shown={"wall": "0", "title": "Surfaces of the catalogue, one side"},
+        compared={"wall": "0", "across": "1", "pitch": "17", "scale": "gradient", "voxel": "0.45"},
+    ),
+    Entry("foams", "foams", compared={"across": "1", "voxel": "0.6"}),
     Entry("ct_graded", "ct_graded", shown={"ct": str(_CT)}, compared={"ct": str(_CT), "voxel": "1.6"}, needs=_CT),
     Entry(
         "fe_graded",
@@ -76,6 +90,8 @@ ENTRIES = (
     Entry("honeycomb", "lattices/honeycomb"),
     Entry("figure_6_3", "lattices/figure_6_3", compared={"nu": "4", "nv": "5", "nw": "5", "voxel": "0.04"}),
     Entry("lattice_in_lattice", "lattice_in_lattice", compared={"cells": "12", "voxel": "0.12"}),
+    Entry("girders", "girders", compared={"voxel": "0.2"}),
+    Entry("sandwich", "sandwich", compared={"size": "14", "voxel": "0.16"}),
     Entry("billion", "lattices/billion", compared={"window": "3"}),
 )
 
