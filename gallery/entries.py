@@ -51,6 +51,15 @@ ENTRIES = (
     Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
     Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60"}),
     Entry("fcc_section", "fcc_section", compared={"ny": "3", "nz": "3", "voxel": "0.2"}),
+    Entry("bain", "bain", compared={"p": "4"}),
+    Entry("truncation", "truncation", compared={"n": "3", "thin": "1.0", "voxel": "0.4"}),
+    Entry(
+        "truncation_rco",
+        "truncation",
+        shown={"kind": "rhombicuboctahedron", "title": "Rhombicuboctahedra, 0 to u/2 along z"},
+        compared={"kind": "rhombicuboctahedron", "n": "3", "thin": "1.0", "voxel": "0.4"},
+    ),
+    Entry("gyroid_to_p", "gyroid_to_p", compared={"length": "3", "wide": "1", "voxel": "0.25"}),
     Entry("lattice_query", "lattice_query", compared={"Nx": "2", "Ny": "2", "Nz": "6"}),
     Entry("infill", "infill", cut={"cut": "z"}, compared={"size": "100", "cut": "z"}),
     Entry(
