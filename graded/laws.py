@@ -36,7 +36,7 @@ class Where(TypedDict, total=False):
         over: a bounded Solid, or two corners in mm, for normalised coordinates.
         cell: size of a cell in mm, a number or three, for cell coordinates and for `sample="cell"`.
         sample: "point" (the default: read everywhere) or "cell" (read at the centre of each cell, `per_cell`). For the
-            rules "node" and "foot" of LF-rep 5 see `at_nodes` and `at_foot`.
+            rules "node" and "foot" of LF-rep 5 see `at_nodes`, and `along_beams` and `at_foot`.
     """
 
     coordinates: str
@@ -58,7 +58,7 @@ def _frame(options: Where) -> tuple[Field, Field, Field]:
     kind = options.get("coordinates", "world")
     over, cell, sample = options.get("over"), options.get("cell"), options.get("sample", "point")
     if sample in ("node", "foot"):
-        name = "at_nodes(law, topology)" if sample == "node" else "at_foot(law, distance)"
+        name = "at_nodes(law, graph)" if sample == "node" else "along_beams(law, graph) or at_foot(law, distance)"
         raise ArgumentError(f"sample: {sample!r} is a function of its own, graded.{name}")
     if sample not in ("point", "cell"):
         raise ArgumentError(
