@@ -50,6 +50,7 @@ _BUNNY, _CT, _FE = _DATA / "bunny.ply", _DATA / "head_ct.vti", _DATA / "notch_st
 ENTRIES = (
     Entry("bcc_parabola", "bcc_parabola", compared={"length": "100"}),
     Entry("schwarz_p_linear", "schwarz_p_linear", compared={"size": "60"}),
+    Entry("schwarz_p_sine", "schwarz_p_sine", compared={"wide": "2", "high": "6"}),
     Entry("fcc_section", "fcc_section", compared={"ny": "3", "nz": "3", "voxel": "0.2"}),
     Entry("bain", "bain", compared={"p": "4"}),
     Entry("truncation", "truncation", compared={"n": "3", "thin": "1.0", "voxel": "0.4"}),

@@ -191,6 +191,14 @@ def test_thin_walls_warn_with_the_wall_and_a_voxel_that_resolves_it():
         part.sample(voxel)
 
 
+def test_thin_walls_are_found_where_the_law_keeps_step_with_the_leaves():
+    """Leaves are stored in rows along z: every so many of them, whatever the number, may miss a wave along z."""
+    wall = 4 + 3 * frep.sin(Z * (6 * np.pi / 400))
+    part = tpms.schwarz_p(20).sheet(wall) & frep.box((0, 0, 0), (200, 200, 400))
+    with pytest.warns(ThinWallWarning, match="thinnest wall is 1"):
+        part.sample(1.0)
+
+
 @pytest.mark.filterwarnings("error::frep.ThinWallWarning")
 def test_walls_of_two_voxels_do_not_warn():
     box = frep.box((0, 0, 0), (10, 10, 10))
