@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .arguments import positive, vector
+from .arguments import direction, positive, vector
 from .errors import ArgumentError
 from .field import Field, coordinates, hypot, maximum, maximum_of, minimum, sqrt, square, where
 from .solid import Solid
@@ -79,12 +79,8 @@ def sphere(center, radius) -> Solid:
 
 
 def half_space(normal, point=(0.0, 0.0, 0.0)) -> Solid:
-    """Everything behind the plane through `point` whose outward `normal` is given. Infinite."""
-    n, p = vector(normal, "normal"), vector(point, "point")
-    length = float(np.linalg.norm(n))
-    if length == 0.0:
-        raise ArgumentError("normal: expected a vector that is not zero")
-    n = n / length
+    """Everything behind the plane through `point` whose outward `normal` is given, a vector or "x", "y", "z". Infinite."""
+    n, p = direction(normal, "normal"), vector(point, "point")
     x, y, z = coordinates()
     bounds = np.array([[-np.inf] * 3, [np.inf] * 3])
     axis = int(np.argmax(np.abs(n)))

@@ -143,6 +143,13 @@ def test_rounded_box_with_half_the_cube_is_a_sphere():
     np.testing.assert_allclose(solid.field(points), np.linalg.norm(points - 1.0, axis=1) - 1.0, atol=1e-12)
 
 
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_half_spaces_take_axes_by_name(axis):
+    normal = np.eye(3)["xyz".index(axis)]
+    points = np.random.default_rng(0).normal(size=(20, 3))
+    assert np.array_equal(frep.half_space(axis, START).field(points), frep.half_space(normal, START).field(points))
+
+
 def test_sphere_and_half_space():
     points = RNG.uniform(-9, 9, (1000, 3))
     sphere = frep.sphere((1, 2, 3), 2.5)
