@@ -72,6 +72,7 @@ ENTRIES = (
         needs=_BUNNY,
     ),
     Entry("voronoi", "voronoi", compared={"size": "16"}),
+    Entry("packed_foam", "packed_foam", compared={"size": "12"}),
     Entry("spinodal", "spinodal", compared={"size": "16"}),
     Entry("beam_cells", "beam_cells", compared={"across": "1", "voxel": "0.6"}),
     Entry(

@@ -5,7 +5,8 @@
 - `topologies.tpms`: periodic surfaces; their formulas in `waveforms`, their four variants in `variants`, one turning into
   another in `blends`;
 - `topologies.foams`: honeycombs and closed-cell foams with exact distances;
-- `topologies.stochastic`: Voronoi, Delaunay and fibre networks, Voronoi walls; their `seeds`;
+- `topologies.stochastic`: Voronoi, Delaunay and fibre networks, Voronoi walls; their `seeds`, and how space is divided among
+  these in `power_diagram`;
 - `topologies.noise`: spinodal structures, Perlin and simplex noise;
 - `topologies.hierarchy`: beams that are girders, walls and bodies that are filled with lattices;
 - `topologies.lattice_query`: the calls of LatticeQuery;

@@ -1,17 +1,22 @@
 """Stochastic topologies: Voronoi and Delaunay graphs in a body, Voronoi walls (closed-cell foams), fibre networks.
 
 Graphs are straight beams (lf-rep section 7), exact to rounding; `thicken` gives them body. Walls are a Field: the exact
-distance to the faces of the Voronoi cells, for which nothing is sampled. scipy.spatial (Qhull) makes the diagrams.
+distance to the faces of the cells, for which nothing is sampled. scipy.spatial (Qhull) makes the diagrams.
 
-Lattices in a body end where it ends. Those made with `periodic=True` fill all space: intersect them with a bounded solid.
+Seeds may weigh: with a radius each, cells are those of a power diagram. LF-rep's (3.24) to (3.27) trace the edges of
+growing balls, an Apollonius diagram (Kim et al., 2005), in which the *distance* to balls decides: its faces are
+hyperboloids, its edges conics, written as rational quadratic curves. Here the *power* decides. Its faces are planes and
+its edges straight, so that they stay beams, with exact distances and exact STEP files; balls that do not overlap lie
+each in its own cell in both; and for equal radii, the case that LF-rep's own program has, both are the Voronoi diagram.
+
+Lattices in a body end where it ends. Those made with `periodic=True` fill all space: intersect them with a bounded
+solid.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,20 +26,15 @@ from frep.errors import warn
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton
 from frep.solid import Feature
 
+from . import power_diagram
 from . import seeds as seeding
 from .beams import BeamTopology
 from .seeds import Method, RandomState, generator, require_body, whole
-
-if TYPE_CHECKING:
-    from scipy.spatial import KDTree
 
 
 class LooseEdgesWarning(UserWarning):
     """Much of a lattice hangs together only through the surface of the body, and was left out."""
 
-
-_SAME = 1e-7
-"""Voronoi vertices closer than this, of a cell, are one: seeds on a sphere (those of a regular lattice) give several."""
 
 _LOOSE = 0.25
 """A greater share of the length left out is worth a warning."""
@@ -49,6 +49,7 @@ def voronoi(
     cell_size: FieldLike | None = None,
     density: FieldLike | None = None,
     seeds: Any = None,
+    weights: Any = None,
     random_state: RandomState | None = None,
     method: Method = "poisson_disk",
     relax: int = 0,
@@ -59,18 +60,25 @@ def voronoi(
     """The edges of the Voronoi cells of seeds in a body: an open-cell foam (lf-rep section 7).
 
     Args:
-        body: a bounded Solid, in which edges are kept; parts of them that leave it for less than a sixteenth of a cell may
-            stay. With `periodic`, a `frep.box`, whose sides are the period.
+        body: a bounded Solid, in which edges are kept; parts of them that leave it for less than a sixteenth of a cell
+            may stay. With `periodic`, a `frep.box`, whose sides are the period.
         cell_size: side of a cube as large as a cell, mm: a number, or a Field or function of position for graded cells.
-        density: instead, cells for each mm3, number or Field.
+            Cells at the surface of the body are smaller, and so those of a plate, where "poisson_disk" places them:
+            there are some `(V + 0.235 S cell_size) / cell_size**3` in a body of volume V and surface S.
+        density: instead, cells for each mm3, number or Field; as many more of them at the surface.
         seeds: instead, (n, 3) points in the body.
-        random_state: a whole number, with which the same lattice comes out each time, or a numpy Generator. Needed unless
-            all is given by `seeds`.
-        method: how seeds are placed: "poisson_disk", at a least distance, for cells of much the same size, or "uniform",
-            independent of each other (Poisson-Voronoi cells, of very unlike sizes).
+        weights: with `seeds`, the radius in mm of a ball round each, one number a seed: a point is in the cell of the
+            seed for which distance^2 - radius^2 is least. This is the power diagram, not Apollonius's of (3.27): edges
+            stay straight beams, and equal radii, where the two are one, make no difference. Seeds deep in larger balls
+            have no cell: a `power_diagram.VanishedCellsWarning` counts them.
+        random_state: a whole number, with which the same lattice comes out each time, or a numpy Generator. Needed
+            unless all is given by `seeds`.
+        method: how seeds are placed: "poisson_disk", at a least distance, for cells of much the same size, or
+            "uniform", independent of each other (Poisson-Voronoi cells, of very unlike sizes).
         relax: steps of Lloyd's relaxation, which make cells rounder and more alike.
         periodic: the lattice repeats in all directions.
-        overhang: how far edges may reach out of the body, mm; half a diameter lets `lattice.thicken(d) & body` end flat.
+        overhang: how far edges may reach out of the body, mm; half a diameter lets `lattice.thicken(d) & body` end
+            flat. Not with `periodic`.
         connected: leave out what hangs together only through the body's surface; False for a part with a skin. Where
             much is left out, as in a body thinner than its cells, there is a `LooseEdgesWarning`.
 
@@ -78,8 +86,9 @@ def voronoi(
         A `BeamTopology`; where edges cross the surface, they end in nodes on it.
 
     Raises:
-        ArgumentTypeError, ArgumentError: not one of cell_size, density and seeds; seeds outside the body or too few (a body
-            takes 4, or one where periodic); no random_state; sizes that are not positive.
+        ArgumentTypeError, ArgumentError: not one of cell_size, density and seeds; seeds outside the body or too few (a
+            body takes 4, or one where periodic); weights that are not a radius for each of given seeds; no
+            random_state; sizes that are not positive; an overhang of a periodic lattice.
         EmptyError: no edge lies in the body.
 
     Example:
@@ -89,12 +98,31 @@ def voronoi(
         >>> part = lattice.thicken(0.8) & body
         >>> bool(part.contains(lattice.skeleton.nodes.mean(axis=0)))
         False
+
+        Beams from thin to `ratio` times as thick (LF-rep Fig. 3.14 calls it alpha): a diameter for each node, between
+        which they taper.
+
+        >>> ratio, height = 3, lattice.skeleton.nodes[:, 2]
+        >>> up = (height - height.min()) / (height.max() - height.min())
+        >>> diameters = 0.4 * (1 + (ratio - 1) * up)
+        >>> tapered = lattice.thicken(diameters) & body
+
+        A foam with bubbles of very unlike sizes, packed at random, each in its own cell:
+
+        >>> import numpy as np
+        >>> from topologies.seeds import packed_balls
+        >>> radii = np.geomspace(1, 4, 40)
+        >>> centres = packed_balls(body, radii, random_state=1)
+        >>> voronoi(body, seeds=centres, weights=radii).label
+        'voronoi'
     """
+    power_diagram.require_still_seeds(weights, seeds, relax)
     points, size = seeding.chosen(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
-    reach = _overhang(overhang)
+    heights = power_diagram.checked_weights(weights, len(points))
+    reach = _overhang(overhang, periodic)
     if periodic:
-        return _periodic_edges(points, body, "voronoi")
-    vertices, edges = _voronoi_edges(points, body.bounds)
+        return _repeated(points, body, "voronoi", heights)
+    vertices, edges = power_diagram.voronoi_edges(points, body.bounds, heights)
     nodes, beams = _clipped(vertices, edges, body, reach, size / _STEPS)
     if connected:
         nodes, beams = _largest_piece(nodes, beams, size)
@@ -113,25 +141,24 @@ def delaunay(
     periodic: bool = False,
     overhang: float = 0.0,
 ) -> BeamTopology:
-    """The edges of the Delaunay tetrahedra of seeds in a body: a stiff, stretch-dominated network of some 15 beams a node.
+    """The edges of the Delaunay tetrahedra of seeds in a body: a stiff network of some 15 beams a node.
 
-    Arguments and errors as for `voronoi`; `cell_size` is of the Voronoi cells, one a node.
+    Arguments and errors as for `voronoi`; `cell_size` is of the Voronoi cells, one a node. Where seeds lie on a sphere,
+    as in a grid, one of the ways to cut up what they span is taken, the same for its neighbours: no two beams cross.
 
     Example:
         >>> import frep
         >>> delaunay(frep.box((0, 0, 0), (2, 2, 2)), seeds=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
         <delaunay: 4 nodes, 6 beams>
     """
-    from scipy.spatial import Delaunay
-
     points, size = seeding.chosen(body, cell_size, density, seeds, random_state, method, relax, periodic, least=4)
-    reach = _overhang(overhang)
+    reach = _overhang(overhang, periodic)
     if periodic:
-        return _periodic_edges(points, body, "delaunay")
+        return _repeated(points, body, "delaunay")
     _require_volume(points)
-    simplices = Delaunay(points).simplices
-    pairs = np.concatenate([simplices[:, [i, j]] for i in range(4) for j in range(i)])
-    nodes, beams = _clipped(points, np.unique(np.sort(pairs, axis=1), axis=0), body, reach, size / _STEPS)
+    side = float((np.prod(np.ptp(body.bounds, axis=0)) / len(points)) ** (1 / 3))
+    pairs = power_diagram.delaunay_edges(points, np.arange(len(points)), side)
+    nodes, beams = _clipped(points, pairs, body, reach, size / _STEPS)
     return BeamTopology(GraphSkeleton(nodes, beams), "delaunay")
 
 
@@ -142,6 +169,7 @@ def voronoi_walls(
     cell_size: FieldLike | None = None,
     density: FieldLike | None = None,
     seeds: Any = None,
+    weights: Any = None,
     random_state: RandomState | None = None,
     method: Method = "poisson_disk",
     relax: int = 0,
@@ -149,17 +177,18 @@ def voronoi_walls(
 ) -> Solid:
     """The faces of the Voronoi cells of seeds in a body, as walls: a closed-cell foam.
 
-    Cells at the body's surface are open there; `foam | body.shell(thickness)` closes them. With the seeds of an open-cell
-    foam, `foam & body.shell(thickness)` is the net on the surface in whose corners the cut beams end.
+    Cells at the body's surface are open there; `foam | body.shell(thickness)` closes them. With the seeds of an
+    open-cell foam, `foam & body.shell(thickness)` is the net on the surface in whose corners the cut beams end.
 
     Args:
-        body: a bounded Solid, to which the walls are cut; with `periodic` a `frep.box`, whose sides are the period: then
-            the walls fill all space.
+        body: a bounded Solid, to which the walls are cut; with `periodic` a `frep.box`, whose sides are the period:
+            then the walls fill all space.
         thickness: full wall in mm: a number, a Field or a function of position.
-        cell_size, density, seeds, random_state, method, relax: as for `voronoi`. Two seeds will do.
+        cell_size, density, seeds, weights, random_state, method, relax: as for `voronoi`. Two seeds will do.
 
     Raises:
         ArgumentTypeError, ArgumentError: as `voronoi`, and a thickness that is not positive.
+        EmptyError: weights that leave one cell alone.
 
     Example:
         >>> import frep
@@ -169,22 +198,26 @@ def voronoi_walls(
         array([ True,  True, False])
     """
     wall = width(thickness, "thickness")
+    power_diagram.require_still_seeds(weights, seeds, relax)
     points, _ = seeding.chosen(body, cell_size, density, seeds, random_state, method, relax, periodic, least=2)
-    field = _faces(points, body, periodic) - 0.5 * wall
+    heights = power_diagram.checked_weights(weights, len(points))
+    field = _faces(points, body, periodic, heights) - 0.5 * wall
     everywhere = np.array([[-np.inf] * 3, [np.inf] * 3])
     walls = Solid._make(field, everywhere, features=(Feature("wall", wall, "thickness"),), label="voronoi walls")
     return walls if periodic else walls & body
 
 
-def face_distance(body: Solid, seeds: Any, *, periodic: bool = False) -> Field:
-    """Distance to the nearest face between the Voronoi cells of seeds, mm, exact: zero on the faces, positive in the cells.
+def face_distance(body: Solid, seeds: Any, *, weights: Any = None, periodic: bool = False) -> Field:
+    """Distance to the nearest face between the Voronoi cells of seeds, mm, exact: zero on faces, positive in cells.
 
-    In the cell of seed a it is the least, over its neighbours b, of `(|p - b|^2 - |p - a|^2) / (2 |b - a|)`: a convex cell's
-    surface is as near as the nearest of its planes. It is no sampled table but a lookup, some 0.4 us a point.
+    In the cell of seed a it is the least, over its neighbours b, of `(|p - b|^2 - |p - a|^2) / (2 |b - a|)`: a convex
+    cell's surface is as near as the nearest of its planes. It is no sampled table but a lookup, some 0.4 us a point.
+    With weights the squares are powers, `|p - a|^2 - r_a^2`.
 
     Args:
         body: a bounded Solid; with `periodic`, a `frep.box`.
         seeds: (n, 3) points in the body, mm, two at least (or one where periodic).
+        weights: the radius of each, mm, as for `voronoi`.
         periodic: the seeds repeat.
 
     Example:
@@ -192,9 +225,12 @@ def face_distance(body: Solid, seeds: Any, *, periodic: bool = False) -> Field:
         >>> body = frep.box((0, 0, 0), (20, 10, 10))
         >>> face_distance(body, [(5, 5, 5), (15, 5, 5)])([[10, 1, 1], [7, 5, 5]])
         array([0., 3.])
+        >>> face_distance(body, [(5, 5, 5), (15, 5, 5)], weights=[5, 1])([[11.2, 1, 1], [7, 5, 5]])
+        array([0. , 4.2])
     """
     require_body(body, periodic)
-    return _faces(seeding.checked_seeds(body, seeds, 1 if periodic else 2, periodic), body, periodic)
+    points = seeding.checked_seeds(body, seeds, 1 if periodic else 2, periodic)
+    return _faces(points, body, periodic, power_diagram.checked_weights(weights, len(points)))
 
 
 def fibres(
@@ -212,16 +248,16 @@ def fibres(
     Args:
         body: a bounded Solid, to which the fibres are cut.
         number: how many fibres meet the body; one that leaves it and comes back becomes several beams.
-        length: of a fibre before it is cut, mm; None for fibres all through the body (random lines, met by every body in
-            proportion to its surface).
+        length: of a fibre before it is cut, mm; None for fibres all through the body (random lines, met by every body
+            in proportion to its surface).
         directions: axes of the fibres ("x", "y", "z" or vectors), None for any direction.
         spread: how far fibres lean away from those axes at most, rad.
         overhang: how far fibres may reach out of the body, mm.
         random_state: a whole number, with which the same fibres come out each time, or a numpy Generator.
 
     Raises:
-        ArgumentTypeError, ArgumentError: not a bounded Solid; number, length, spread or overhang out of range; no random
-            state.
+        ArgumentTypeError, ArgumentError: not a bounded Solid; number, length, spread or overhang out of range; no
+            random state.
         EmptyError: hardly a fibre meets the body.
 
     Example:
@@ -231,7 +267,7 @@ def fibres(
     """
     lo, hi = require_body(body)
     wanted = seeding.sensible(whole(number, "number"), "number")
-    reach = _overhang(overhang)
+    reach = _overhang(overhang, False)
     long = None if length is None else positive(length, "length")
     random = generator(random_state)
     seeding.random_directions(1, directions, spread, random_state=0)  # complain before any work
@@ -275,10 +311,12 @@ def _random_fibres(count, centre, radius, length, directions, spread, random) ->
 # --- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _overhang(value: Any) -> float:
+def _overhang(value: Any, periodic: bool) -> float:
     reach = real(value, "overhang", "mm")
     if reach < 0.0:
         raise ArgumentError(f"overhang: expected a length >= 0 mm, got {value!r}")
+    if periodic and reach > 0.0:
+        raise ArgumentError(f"overhang: expected 0 with periodic=True, whose edges fill all space, got {value!r}")
     return reach
 
 
@@ -288,130 +326,24 @@ def _require_volume(points: np.ndarray) -> None:
         raise ArgumentError("seeds: expected points that span a volume, all of them lie in one plane")
 
 
-# --- diagrams ----------------------------------------------------------------------------------------------------------
+# --- diagrams ---------------------------------------------------------------------------------------------------------
 
 
-def _guards(bounds: np.ndarray, diagonals: float = 3.0) -> np.ndarray:
-    """Six points so far off that nowhere in the box one of them is the nearest, which make the cells in it finite.
-
-    A point of the box is within its diagonal d of any seed in it, and 2.5 d or more from these.
-    """
-    centre, d = bounds.mean(axis=0), float(np.linalg.norm(bounds[1] - bounds[0]))
-    return centre + diagonals * d * np.concatenate([np.eye(3), -np.eye(3)])
-
-
-def _ridge_edges(ridges: list[list[int]]) -> np.ndarray:
-    """Each edge once: consecutive vertices of the ridges (in 3-D Qhull lists them in order round the face, -1 at infinity)."""
-    sizes = np.fromiter(map(len, ridges), np.int64, len(ridges))
-    flat = np.fromiter((v for r in ridges for v in r), np.int64, int(sizes.sum()))
-    ends = np.cumsum(sizes)
-    following = np.roll(flat, -1)
-    following[ends - 1] = flat[ends - sizes]
-    pairs = np.stack([flat, following], axis=1)
-    return np.unique(np.sort(pairs[(pairs >= 0).all(axis=1)], axis=1), axis=0)
-
-
-def _voronoi_edges(points: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and edges of the Voronoi diagram; right and complete in the box of the body, and somewhat beyond."""
-    from scipy.spatial import Voronoi
-
-    diagram = Voronoi(np.concatenate([points, _guards(bounds)]))
-    edges = _ridge_edges(diagram.ridge_vertices)
-    side = float((np.prod(bounds[1] - bounds[0]) / len(points)) ** (1 / 3))
-    group = _groups(diagram.vertices, _SAME * side, None)
-    edges = np.unique(np.sort(group[edges], axis=1), axis=0)
-    _, first = np.unique(group, return_index=True)
-    return diagram.vertices[first], edges[edges[:, 0] != edges[:, 1]]
-
-
-def _groups(points: np.ndarray, near: float, wrap: np.ndarray | None) -> np.ndarray:
-    """A group number for each point, one for those that hang together by steps of at most `near`; groups count up in the
-    order of their first points."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    pairs = seeding.tree_of(points, np.zeros(3), wrap).query_pairs(near, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)
-    return connected_components(links, directed=False)[1]
-
-
-def _images(points: np.ndarray, size: np.ndarray, margin: float) -> np.ndarray:
-    """Seeds, then their images in the box grown by `margin`."""
-    lo = points.min(axis=0)
-    reach = np.ceil(margin / size).astype(int) + 1
-    shifts = np.stack(np.meshgrid(*(np.arange(-r, r + 1) for r in reach), indexing="ij"), axis=-1).reshape(-1, 3)
-    everywhere = (points + (shifts[shifts.any(axis=1)] * size)[:, None]).reshape(-1, 3)
-    near = np.all((everywhere >= lo - margin) & (everywhere <= lo + size + margin), axis=1)
-    return np.concatenate([points, everywhere[near]])
-
-
-def _margin(points: np.ndarray, size: np.ndarray) -> float:
-    """How far round a period images of the seeds have a say in it: no ball without seeds has a greater diameter than this.
-
-    Nowhere a seed is further off than half the diagonal of the period, since each has images.
-    """
-    from scipy.spatial import KDTree
-
-    cell = float((np.prod(size) / len(points)) ** (1 / 3))
-    bound = float(np.linalg.norm(size))
-    if bound <= 4.0 * cell:
-        return 1.01 * bound
-    # On a grid of h, the furthest point from the seeds is at most h sqrt(3) / 2 further than the furthest node.
-    counts = np.ceil(2.0 * size / cell).astype(int)
-    nodes = np.stack(np.meshgrid(*(np.arange(n) * s / n for n, s in zip(counts, size, strict=True)), indexing="ij"), -1)
-    far = KDTree(np.mod(points, size) % size, boxsize=size).query(nodes.reshape(-1, 3))[0].max()
-    return min(2.02 * (float(far) + 0.5 * float(np.linalg.norm(size / counts))), 1.01 * bound)
-
-
-def _periodic_edges(points: np.ndarray, body: Solid, kind: str) -> BeamTopology:
-    """One period of the Voronoi or Delaunay edges of seeds that repeat."""
-    from scipy.spatial import Delaunay, Voronoi
-
+def _repeated(points: np.ndarray, body: Solid, kind: str, heights: np.ndarray | None = None) -> BeamTopology:
     size = body.bounds[1] - body.bounds[0]
-    images = _images(points, size, _margin(points, size))
-    if kind == "voronoi":
-        diagram = Voronoi(images)
-        vertices, edges = diagram.vertices, _ridge_edges(diagram.ridge_vertices)
-    else:
-        simplices = Delaunay(images).simplices
-        pairs = np.concatenate([simplices[:, [i, j]] for i in range(4) for j in range(i)])
-        vertices, edges = images, np.unique(np.sort(pairs, axis=1), axis=0)
-    lo, slack = points.min(axis=0), 1e-6 * size
-    inside = np.all((vertices >= lo - slack) & (vertices <= lo + size + slack), axis=1)
-    nodes, beams = _one_period(vertices, edges[inside[edges].any(axis=1)], size, len(points))
+    nodes, beams = power_diagram.periodic_edges(points, size, kind, heights)
     return BeamTopology(PeriodicSkeleton(nodes, beams, size), kind)
 
 
-def _one_period(vertices: np.ndarray, edges: np.ndarray, size: np.ndarray, seeds: int) -> tuple[np.ndarray, np.ndarray]:
-    """Edges of a periodic graph, each once for a period, from a piece of the graph that holds each at least once."""
-    used, edges = np.unique(edges, return_inverse=True)
-    edges, points = edges.reshape(-1, 2), vertices[used]
-    near = _SAME * float((np.prod(size) / seeds) ** (1 / 3))
-    group = _groups(points, near, size)
-    count, first = np.unique(group, return_index=True)
-    nodes = np.mod(points[first], size)
-    # Which period each vertex is in, counted from the place of its group in the first one.
-    period = np.round((points - nodes[group]) / size).astype(np.int64)
-    a, b = edges.T
-    step = period[b] - period[a]
-    turn = (group[a] > group[b]) | ((group[a] == group[b]) & _negative(step))
-    a, b, step = np.where(turn, b, a), np.where(turn, a, b), np.where(turn[:, None], -step, step)
-    rows = np.unique(np.column_stack([group[a], group[b], step]), axis=0)
-    rows = rows[(rows[:, 0] != rows[:, 1]) | rows[:, 2:].any(axis=1)]
-    ends, where = np.unique(rows[:, 1:], axis=0, return_inverse=True)
-    beyond = nodes[ends[:, 0]] + ends[:, 1:] * size
-    moved = ends[:, 1:].any(axis=1)
-    number = np.where(moved, len(count) + np.cumsum(moved) - 1, ends[:, 0])
-    return np.concatenate([nodes, beyond[moved]]), np.column_stack([rows[:, 0], number[where.reshape(-1)]])
+def _faces(points: np.ndarray, body: Solid, periodic: bool, heights: np.ndarray | None) -> Field:
+    wrap = body.bounds[1] - body.bounds[0] if periodic else None
+    cells = power_diagram.Cells(points, body.bounds, wrap, heights)
+    if heights is not None:
+        cells.prepare()
+    return foreign(cells, lipschitz=1.0, name="voronoi_faces")
 
 
-def _negative(steps: np.ndarray) -> np.ndarray:
-    """Whether the first number that is not zero is negative, of each row."""
-    x, y, z = steps.T
-    return (x < 0) | ((x == 0) & ((y < 0) | ((y == 0) & (z < 0))))
-
-
-# --- clipping ----------------------------------------------------------------------------------------------------------
+# --- clipping ---------------------------------------------------------------------------------------------------------
 
 
 def _clipped(nodes, edges, body: Solid, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -477,7 +409,7 @@ def _inside(a, b, body: Solid, reach: float, step: float) -> tuple[np.ndarray, n
 
 
 def _crossings(a, b, owner, outside, inside, field: Field, reach: float) -> np.ndarray:
-    """Where between a share outside and one inside each segment crosses the surface: the inner end of a halved interval."""
+    """Where between a share outside and one inside each segment crosses the surface: the inner end of a halved one."""
     for _ in range(40):
         middle = 0.5 * (outside + inside)
         is_in = field(a[owner] + middle[:, None] * (b - a)[owner]) <= reach
@@ -495,63 +427,10 @@ def _largest_piece(nodes: np.ndarray, edges: np.ndarray, size: float) -> tuple[n
     lengths = np.bincount(piece, np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1))
     if (left_out := 1.0 - lengths.max() / lengths.sum()) > _LOOSE:
         warn(
-            f"{left_out:.0%} of the lattice's length hangs together only through the body's surface and is left out: the body "
-            f"is in pieces, or about as thin as its cells of {size:.3g} mm; ask for smaller cells, or for connected=False and "
-            "a skin",
+            f"{left_out:.0%} of the lattice's length hangs together only through the body's surface and is left out: "
+            f"the body is in pieces, or about as thin as its cells of {size:.3g} mm; ask for smaller cells, or for "
+            "connected=False and a skin",
             LooseEdgesWarning,
         )
     used, kept = np.unique(edges[piece == np.argmax(lengths)], return_inverse=True)
     return nodes[used], kept.reshape(-1, 2)
-
-
-# --- walls -------------------------------------------------------------------------------------------------------------
-
-
-def _faces(points: np.ndarray, body: Solid, periodic: bool) -> Field:
-    wrap = body.bounds[1] - body.bounds[0] if periodic else None
-    return foreign(_Cells(points, body.bounds, wrap), lipschitz=1.0, name="voronoi_faces")
-
-
-@dataclass(frozen=True, eq=False)
-class _Cells:
-    """The distance to the faces of Voronoi cells, as a function of position."""
-
-    seeds: np.ndarray
-    bounds: np.ndarray
-    wrap: np.ndarray | None
-
-    def __call__(self, x, y, z) -> np.ndarray:
-        points = np.stack([x, y, z], axis=1)
-        tree, vectors, starts = self._planes
-        cell = np.asarray(tree.query(seeding.folded(points, self.bounds[0], self.wrap))[1])
-        away = points - self.seeds[cell]
-        if self.wrap is not None:
-            away -= self.wrap * np.round(away / self.wrap)
-        order = np.argsort(cell, kind="stable")
-        cells, first = np.unique(cell[order], return_index=True)
-        out = np.empty(len(points))
-        for one, rows in zip(cells, np.split(order, first[1:]), strict=True):
-            across = vectors[starts[one] : starts[one + 1]]
-            length = np.linalg.norm(across, axis=1)
-            out[rows] = (0.5 * length - away[rows] @ (across / length[:, None]).T).min(axis=1)
-        return np.maximum(out, 0.0)
-
-    @cached_property
-    def _planes(self) -> tuple[KDTree, np.ndarray, list[int]]:
-        """A tree of the seeds; the vectors from each seed to its neighbours, and where those of each seed start."""
-        from scipy.spatial import Voronoi
-
-        n = len(self.seeds)
-        if self.wrap is None:
-            # So far off that a face between seeds which they hide is hundreds of diagonals away.
-            images = np.concatenate([self.seeds, _guards(self.bounds, 1000.0)])
-        else:
-            images = _images(self.seeds, self.wrap, _margin(self.seeds, self.wrap))
-        pairs = Voronoi(images).ridge_points
-        pairs = np.concatenate([pairs, pairs[:, ::-1]])
-        pairs = pairs[pairs[:, 0] < n]
-        if self.wrap is None:
-            pairs = pairs[pairs[:, 1] < n]
-        pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
-        starts = np.searchsorted(pairs[:, 0], np.arange(n + 1)).tolist()
-        return seeding.tree_of(self.seeds, self.bounds[0], self.wrap), images[pairs[:, 1]] - images[pairs[:, 0]], starts

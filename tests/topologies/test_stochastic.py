@@ -249,6 +249,24 @@ def test_cell_size(method):
     assert faces - (len(edges) - len(nodes)) == pytest.approx(1000, rel=0.05)
 
 
+RIM = [
+    (frep.box((0, 0, 0), (8, 8, 8)), 512.0, 384.0),
+    (frep.box((0, 0, 0), (20, 12, 0.5)), 120.0, 512.0),
+    (frep.box((0, 0, 0), (20, 12, 1)), 240.0, 544.0),
+    (frep.box((0, 0, 0), (16, 12, 3)), 576.0, 552.0),
+    (frep.sphere((0, 0, 0), 5), 500 * math.pi / 3, 100 * math.pi),
+]
+
+
+@pytest.mark.parametrize(("body", "volume", "surface"), RIM)
+def test_cells_at_the_surface_are_smaller(body, volume, surface):
+    """As documented, within 4 %: V + 0.235 S cells of size 1, since nothing beyond the surface keeps them off it."""
+    counts = [len(seeding.chosen(body, 1.0, None, None, s, "poisson_disk", 0, False, least=1)[0]) for s in range(4)]
+    assert np.mean(counts) == pytest.approx(volume + 0.235 * surface, rel=0.04)
+    uniform = seeding.chosen(body, 1.0, None, None, 1, "uniform", 0, False, least=1)[0]
+    assert abs(len(uniform) - volume) < 4 * math.sqrt(volume)
+
+
 def test_reproducible():
     """The same number gives the same lattice; another one, or a generator that has moved on, another."""
     first, same, other = (stochastic.voronoi(BALL, cell_size=4, random_state=s, relax=2) for s in (5, 5, 6))
