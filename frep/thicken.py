@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -89,7 +90,7 @@ def thickened(
 
 
 def _is_per_node(diameter: Any) -> bool:
-    return isinstance(diameter, list | tuple) or (isinstance(diameter, np.ndarray) and diameter.ndim == 1)
+    return isinstance(diameter, list | tuple) or (isinstance(diameter, np.ndarray) and diameter.ndim > 0)
 
 
 def _as_per_node(diameter: Any, skeleton: Skeleton) -> Any:
@@ -109,9 +110,10 @@ def _per_node(values: Any, skeleton: Skeleton, name: str, least: float | None = 
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected a number for each node, got {values!r}") from None
+        raise ArgumentTypeError(f"{name}: expected a number for each node, got {reprlib.repr(values)}") from None
     if array.shape != (len(skeleton.nodes),):
-        raise ArgumentError(f"{name}: expected one number for each of {len(skeleton.nodes)} nodes, got {len(array)}")
+        got = str(len(array)) if array.ndim == 1 else f"shape {array.shape}"
+        raise ArgumentError(f"{name}: expected one number for each of {len(skeleton.nodes)} nodes, got {got}")
     good = np.isfinite(array) & (array > 0.0 if least is None else array >= least)
     if not np.all(good):
         worst = int(np.argmax(~good))

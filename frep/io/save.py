@@ -62,15 +62,15 @@ def _save_step(
     design = solid.beams
     with progress("STEP", total=1):
         if design is not None and design.section == "circle" and not design.blended and _balls_have_beams(design):
-            if _save_cells(design, path):
-                return
-            nodes, edges, radii, balls = explicit_beams(design)
-            if 0 < len(edges) <= step.MAX_BEAMS and _tapers_evenly(design, nodes, edges, radii):
+            failed = None
+            for write in (_save_cells, _save_explicit):
                 try:
-                    step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
-                    return
+                    if write(design, path):
+                        return
                 except _brep.BrepError as error:
-                    warn(f"{error}; the file has facets instead", UserWarning)
+                    failed = error
+            if failed is not None:
+                warn(f"{failed}; the file has facets instead", UserWarning)
         limit = step.MAX_FACES if max_faces is None else max_faces
         mesh = solid.mesh(voxel, polish=polish) if voxel is not None else _mesh_within(solid, limit, polish)
         step.write_faceted_step(path, mesh, limit)
@@ -152,6 +152,17 @@ def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
     step.write_cell_pattern_step(
         path, skeleton.nodes, skeleton.edges, skeleton.size, radius, ball, (size[0], size[1], size[2]), design.clip[0]
     )
+    return True
+
+
+def _save_explicit(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
+    """Every beam by itself. False where there are too many, or they are no cylinders and cones."""
+    from frep.io import step
+
+    nodes, edges, radii, balls = explicit_beams(design)
+    if not 0 < len(edges) <= step.MAX_BEAMS or not _tapers_evenly(design, nodes, edges, radii):
+        return False
+    step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
     return True
 
 

@@ -70,10 +70,10 @@ def write_beams_step(
             "smaller part, or write a faceted one from a coarse mesh"
         )
     check_target(path)
-    _write_readable(path, lambda turned: _joined_knots(_Halves(points, pairs, thickness, balls), box, turned), "edges")
+    _write_readable(path, lambda turn: _joined_knots(_Halves(points, pairs, thickness, balls), box, turn), "edges")
 
 
-def _joined_knots(halves: _Halves, box: _brep.Box | None, turned: bool) -> Any:
+def _joined_knots(halves: _Halves, box: _brep.Box | None, turn: int) -> Any:
     """The knots of half beams, each united, glued to one shape."""
     known: dict[bytes, Any] = {}
     parts = []
@@ -91,7 +91,7 @@ def _joined_knots(halves: _Halves, box: _brep.Box | None, turned: bool) -> Any:
                 _shifted(pieces, -place),
                 (box[0] - place, box[1] - place) if cut and box is not None else None,
                 what,
-                turned=turned,
+                turn=turn,
             )
         if known[key] is not None:
             parts.append(_brep.moved(known[key], place))
@@ -149,8 +149,8 @@ def write_cell_pattern_step(
 
     pieces = _with_neighbours(points, pairs, thickness, balls, size)
 
-    def pattern(turned: bool) -> Any:
-        cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turned=turned)
+    def pattern(turn: int) -> Any:
+        cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turn=turn)
         if cell is None:
             raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
         return _brep.glue([_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)], "counts")
@@ -158,16 +158,23 @@ def write_cell_pattern_step(
     _write_readable(path, pattern, "cell_edges")
 
 
-def _write_readable(path: str | os.PathLike[str], make: Callable[[bool], Any], what: str) -> None:
+_TURNS = 4
+"""Ways in which poles and seams of balls are tried."""
+
+
+def _write_readable(path: str | os.PathLike[str], make: Callable[[int], Any], what: str) -> None:
     """Write a shape with balls as they are, or, where the file would be misread, with them turned.
 
     Raises:
-        BrepError: either way it is; `what` names it in the message.
+        BrepError: it is misread with every turn; `what` names it in the message.
     """
-    try:
-        _write(path, make(False), what)
-    except _MisreadError:
-        _write(path, make(True), what)
+    for turn in range(_TURNS - 1):
+        try:
+            _write(path, make(turn), what)
+        except _MisreadError:
+            continue
+        return
+    _write(path, make(_TURNS - 1), what)
 
 
 class _MisreadError(_brep.BrepError):
@@ -510,9 +517,13 @@ def _write(path: str | os.PathLike[str], shape: Any, curved: str | None = None) 
         if status != IFSelect_ReturnStatus.IFSelect_RetDone or not complete:
             raise FileError(f"path: cannot write {os.fspath(path)!r}: the file came out incomplete; is the disk full?")
         if curved is not None:
-            there, back = _brep.volume(shape), _brep.volume_in_file(temporary)
+            there, (back, valid) = _brep.volume(shape), _brep.read_back(temporary)
             if abs(back / there - 1.0) > 1e-3:
-                raise _MisreadError(
-                    f"{curved}: the file holds {back:.6g} mm3 of the solid's {there:.6g}. Change the radii by a few per "
-                    "cent, or write a faceted STEP file (from a mesh)"
-                )
+                found = f"the file holds {back:.6g} mm3 of the solid's {there:.6g}"
+            elif not valid:
+                found = "the solid in the file is not valid when it is read again"
+            else:
+                return
+            raise _MisreadError(
+                f"{curved}: {found}. Change the radii by a few per cent, or write a faceted STEP file (from a mesh)"
+            )

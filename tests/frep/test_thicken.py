@@ -79,6 +79,8 @@ def test_balls_of_a_steady_lattice_grow_with_its_clusters():
         ([1] * 4, [1, 2, np.nan, 1], ArgumentError, "node 2 has nan"),
         ([1] * 4, ["a"] * 4, ArgumentTypeError, "node: expected a number for each node"),
         (1 + frep.coordinates()[0] ** 2, [1] * 4, ArgumentError, "numbers for the diameter"),
+        (1.0, np.ones((4, 2)), ArgumentError, r"node: .* each of 4 nodes, got shape \(4, 2\)"),
+        (np.ones((4, 1)), None, ArgumentError, r"diameter: .* each of 4 nodes, got shape \(4, 1\)"),
         ([1, 1, 0, 1], None, ArgumentError, "diameter: expected finite diameters > 0 mm, node 2 has 0"),
     ],
 )

@@ -7,9 +7,12 @@ import re
 import numpy as np
 import pytest
 
+import frep
 from frep.errors import ArgumentError, FileError, FrepError, TooLargeError
+from frep.io import _brep, step
 from frep.io.step import MAX_BEAMS, write_beams_step, write_cell_pattern_step, write_faceted_step
 from frep.mesh import Mesh
+from topologies import beams
 
 CORNERS = 10.0 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 BCC_NODES = np.vstack([CORNERS, [[5, 5, 5]]])
@@ -71,6 +74,51 @@ def test_a_large_node_ball_is_there(tmp_path):
     assert solid.Volume() == pytest.approx(np.pi * radius**2 * 10 + ring, rel=1e-5)
 
 
+@pytest.mark.parametrize("pairs", [[(1, 0), (2, 0)], [(0, 1), (2, 0), (3, 0), (4, 1)]])
+def test_a_file_is_valid_when_it_is_read_again(tmp_path, pairs):
+    """Here the solid is valid, and what a reader makes of its balls is not, until their seams are turned."""
+    nodes = [[19.75, 6.37, 15.77], [7.45, 2.14, 9.58], [4.83, 5.14, 3.69], [17.4, 7.82, 8.76], [3.88, 16.28, 8.46]]
+    radii, balls = np.array([0.72, 0.94, 0.41, 0.75, 0.56]), np.array([1.03, 1.19, 0, 0.77, 0])
+    write_beams_step(tmp_path / "a.step", nodes, pairs, radii[np.array(pairs)], balls)
+    assert len(read_solids(tmp_path / "a.step")) == 1
+
+
+def test_a_union_that_fails_by_the_seam_of_a_ball_is_made_with_another(tmp_path):
+    nodes = [[13.64, 4.15, 10.95], [18.53, 15.8, 16.98], [18.92, 5.43, 2.97], [11.98, 18.21, 0.95], [15.79, 4.21, 1.86]]
+    balls = [2.12, 2.8, 2.61, 2.57, 0.95]
+    write_beams_step(tmp_path / "a.step", nodes, [(1, 0), (2, 1), (3, 1), (4, 2)], np.full((4, 2), 0.96), balls)
+    assert len(read_solids(tmp_path / "a.step")) == 1
+
+
+@pytest.mark.parametrize("depth", [0.02, 0.05, 0.5, 1.3])
+def test_a_little_left_of_a_ball_has_its_volume(depth):
+    """What unions are checked against is good to 0.1 % for caps of any height."""
+    none = np.zeros((0, 3))
+    ball = _brep.Pieces(none, none, np.zeros(0), np.zeros(0), none, np.zeros((1, 3)), np.ones(1))
+    cap = np.pi * depth**2 * (3.0 - depth) / 3.0
+    assert ball.volume((np.array([1.0 - depth, -2, -2]), np.full(3, 2.0))) == pytest.approx(cap, rel=1e-3)
+
+
+@pytest.mark.parametrize("inset", [0.6, 0.69, 0.7])
+def test_a_corner_of_the_box_may_leave_a_sliver_of_a_beam(tmp_path, inset):
+    nodes, box = [(0, 0, -5), (0, 0, 5)], ([inset, inset, -4], [5, 5, 4])
+    write_beams_step(tmp_path / "a.step", nodes, [(0, 1)], np.ones((1, 2)), clip=box)
+    section = 0.5 * (np.arccos(inset) - np.arcsin(inset)) - inset * (np.sqrt(1.0 - inset**2) - inset)
+    assert [s.Volume() for s in read_solids(tmp_path / "a.step")] == pytest.approx([8.0 * section], rel=1e-5)
+
+
+def test_every_turn_of_a_ball_has_its_poles_elsewhere():
+    """All as far from the beams as can be, none near the poles of another."""
+    ways = np.vstack([np.eye(3), -np.eye(3)])
+    seams = _brep.seam_directions(ways)
+    pieces = _brep.Pieces(np.zeros((6, 3)), ways, np.ones(6), np.ones(6), seams, np.zeros((1, 3)), np.ones(1))
+    frames = [_brep._away_from(pieces, np.zeros(3), turn) for turn in range(1, 5)]
+    poles = np.array([pole for pole, _ in frames])
+    assert all(abs(pole @ side) < 1e-12 for pole, side in frames)
+    assert np.abs(poles @ poles.T - np.eye(4)).max() <= 0.8 + 1e-12
+    assert np.abs(poles).max() < 0.9
+
+
 def test_separate_beams_become_a_compound(tmp_path):
     nodes = [[0, 0, 0], [5, 0, 0], [0, 9, 0], [5, 9, 0]]
     write_beams_step(tmp_path / "a.step", nodes, [[0, 1], [2, 3]], np.full((2, 2), 0.5))
@@ -111,6 +159,24 @@ def test_pattern_and_general_route_agree(tmp_path):
     assert p.Volume() == pytest.approx(g.Volume(), rel=1e-6)
     box = p.BoundingBox()
     assert (box.xmin, box.xmax, box.zmin, box.zmax) == pytest.approx((0, 20, 100, 110), abs=1e-4)
+
+
+def test_cells_that_fail_are_written_beam_by_beam_then_with_facets(tmp_path, monkeypatch):
+    """Nothing that OpenCASCADE cannot do comes to the user as an error."""
+
+    def fails(*_args, **_options):
+        raise _brep.BrepError("cell_edges: no")
+
+    part = beams.simple_cubic(cell=10).thicken(2) & frep.box((0, 0, 0), (10, 10, 10))
+    monkeypatch.setattr(step, "write_cell_pattern_step", fails)
+    part.save(tmp_path / "a.step")
+    (solid,) = read_solids(tmp_path / "a.step")
+    assert solid.Volume() == pytest.approx(10 * 3 * np.pi - 8 * np.sqrt(2), rel=1e-4)
+    monkeypatch.setattr(step, "write_beams_step", fails)
+    with pytest.warns(UserWarning, match="facets instead"):
+        part.save(tmp_path / "a.step", voxel=0.4)
+    (solid,) = read_solids(tmp_path / "a.step")
+    assert solid.Volume() == pytest.approx(part.mesh(voxel=0.4).volume, rel=1e-4)
 
 
 def test_a_pattern_takes_the_beams_that_reach_in_from_its_neighbours(tmp_path):
