@@ -15,7 +15,7 @@ from __future__ import annotations
 import textwrap
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -35,7 +35,7 @@ FORMS = {"thicken": "diameter", "sheet": "thickness", "solid": "bias", "inverse"
 """The methods by which a topology becomes a Solid, and the argument of each that says how much of it."""
 
 _SAMPLES = 48
-"""Samples of a period along each side of a cube as large: fractions to about 0.003."""
+"""Samples of a period along each side of a cube as large: fractions to about 0.003, 0.005 where many edges meet."""
 
 
 class CatalogueWarning(UserWarning):
@@ -63,8 +63,9 @@ class EntryParameter(Parameter):
         """The values accepted, in words: "0 to 0.5 of the cell", "one of 'square', 'hexagonal'"."""
         if self.choices:
             return f"one of {', '.join(map(repr, self.choices))}"
-        if self.above and self.high is None and self.low is not None:
-            return f"more than {self.low:g}{self.unit and ' ' + self.unit}"
+        if self.above and self.low is not None:
+            most = "" if self.high is None else f" and at most {self.high:g}"
+            return f"more than {self.low:g}{most}" + (f" {self.unit}" if self.unit else "")
         if self.of_cell and self.low is not None and self.high is not None:
             return f"{self.low:g} to {self.high:g} of the cell"
         return super().range
@@ -80,7 +81,8 @@ class EntryParameter(Parameter):
             ArgumentError: naming the parameter, the value and what is accepted.
         """
         if self.choices:
-            if value not in self.choices:
+            # An array is no choice; asked whether it is in a tuple, it raises.
+            if not isinstance(value, str | int | float | None) or value not in self.choices:
                 raise ArgumentError(
                     f"{self.name}: expected {self.range}, got {value!r}{suggestion(value, self.choices)}"
                 )
@@ -107,7 +109,7 @@ class Facts:
             0 where they are from the start.
         full: that at which nothing of the channels is left.
         bias: the biases between which `solid` is neither empty nor all, in the unit of the bias.
-        range: least and largest value of the waveform.
+        range: least and largest value of the waveform; of noise, which seldom comes near them, its bounds.
         symmetry: its point group (Hermann-Mauguin).
     """
 
@@ -116,6 +118,27 @@ class Facts:
     bias: tuple[float, float] | None = None
     range: tuple[float, float] | None = None
     symmetry: str | None = None
+
+
+@dataclass(frozen=True)
+class Known:
+    """What `Entry.found_out` found once and somebody wrote down, so that a list needs no sample; names as in `Entry`.
+
+    Attributes:
+        forms: the methods by which the topology becomes a Solid.
+        complement_congruent: whether one side has the shape of the other.
+        valences: how many beams meet at a node.
+        period: mm after which the sample repeats.
+        facts: what was sampled.
+        fractions: by form, the volume fractions at the widths of `Entry.curve`; None at those that were refused.
+    """
+
+    forms: tuple[str, ...]
+    complement_congruent: bool = False
+    valences: tuple[int, ...] = ()
+    period: tuple[float, float, float] | None = None
+    facts: Facts = Facts()
+    fractions: Mapping[str, tuple[float | None, ...]] = field(default_factory=dict)
 
 
 def _no_facts(_: Any) -> Facts:
@@ -137,8 +160,10 @@ class Entry:
         example: parameters of the sample, which facts, curves and pictures are of; those without a default, at least.
         methods: which of the sample's methods are its forms, where not all of `FORMS` that it has are.
         body: what the sample is cut to and measured in, where it has no period.
+        widest: where the curves end if nothing is known to be full, in shares of `size`.
         facts_of: what finds out `Facts` of the sample.
         note: what else there is to know, in a sentence.
+        known: what has been found out and written down; the rest is found out of the sample when asked for.
 
     Example:
         >>> import frep
@@ -167,8 +192,10 @@ class Entry:
     example: Mapping[str, Any] = field(default_factory=dict)
     methods: tuple[str, ...] | None = None
     body: Solid | None = None
+    widest: float = 1.0
     facts_of: Callable[[Any], Facts] = _no_facts
     note: str = ""
+    known: Known | None = None
 
     def __repr__(self) -> str:
         return f"<Entry {self.name}: {self.summary}>"
@@ -240,6 +267,8 @@ class Entry:
     @cached_property
     def forms(self) -> tuple[str, ...]:
         """The methods of the topology by which it becomes a Solid."""
+        if self.known is not None:
+            return self.known.forms
         if self.methods is not None:
             return self.methods
         return tuple(name for name in FORMS if callable(getattr(self.sample, name, None)))
@@ -252,11 +281,15 @@ class Entry:
     @property
     def complement_congruent(self) -> bool:
         """Whether one side has the shape of the other, so that `inverse` and walls of negative bias say nothing new."""
+        if self.known is not None:
+            return self.known.complement_congruent
         return bool(getattr(self.sample, "complement_congruent", False))
 
     @cached_property
     def valences(self) -> tuple[int, ...]:
         """How many beams meet at a node, of all nodes of a period; empty where there are no beams."""
+        if self.known is not None:
+            return self.known.valences
         skeleton = getattr(self.sample, "skeleton", None)
         if skeleton is None or not len(skeleton.edges):
             return ()
@@ -274,6 +307,8 @@ class Entry:
         """(3,) mm after which the sample repeats; None where it does not."""
         if self.body is not None:
             return None
+        if self.known is not None and self.known.period is not None:
+            return np.array(self.known.period)
         skeleton = getattr(self.sample, "skeleton", None)
         if isinstance(skeleton, PeriodicSkeleton):
             return skeleton.size
@@ -287,25 +322,42 @@ class Entry:
     @cached_property
     def facts(self) -> Facts:
         """What the entry's own function finds out; sampled where there is no formula, therefore only when asked."""
-        return self.facts_of(self.sample)
+        return self.facts_of(self.sample) if self.known is None else self.known.facts
+
+    def found_out(self) -> Known:
+        """Everything that can be found out of the sample, whatever is known: to be written down, and to be held to it."""
+        entry = replace(self, known=None)
+        period: Any = None if entry.period is None else tuple(float(p) for p in entry.period)
+        fractions = {}
+        for form in entry.forms:
+            measured = dict(zip(*(row.tolist() for row in entry.curve(form)), strict=True))
+            fractions[form] = tuple(measured.get(float(width)) for width in entry.widths(form))
+        return Known(entry.forms, entry.complement_congruent, entry.valences, period, entry.facts, fractions)
 
     @property
     def size(self) -> float:
         """Shortest side of the sample's cell, mm: what `Facts` are shares of."""
         known = {p.name: None if p.required else p.default for p in self.parameters} | dict(self.example)
-        for found in (known.get("cell"), known.get("cell_size"), getattr(self.sample, "cell", None)):
-            if found is not None:
-                return float(np.min(found))
+        for name in ("cell", "cell_size"):
+            if (value := known.get(name)) is not None:
+                return float(np.min(np.asarray(value, float)))
+        if self.known is None and getattr(self.sample, "cell", None) is not None:
+            return float(np.min(self.sample.cell))
         return float(np.min(self.period if self.period is not None else np.ptp(self.block().bounds, axis=0)))
 
     def span(self, form: str) -> tuple[float, float]:
         """Between which widths of a form something happens: none to where all is full, or the biases of a surface."""
         if FORMS[form] == "bias":
             return self.facts.bias or (-0.5 * self.size, 0.5 * self.size)
-        return 0.0, (self.facts.full or 1.0) * self.size
+        return 0.0, (self.facts.full or self.widest) * self.size
+
+    def widths(self, form: str, count: int = 9) -> np.ndarray:
+        """(n,) widths of a form spread evenly between the ends of `span`, without them."""
+        low, high = self.span(form)
+        return low + (high - low) * (np.arange(count) + 0.5) / count
 
     def fraction(self, form: str, width: float) -> float:
-        """Volume fraction of the sample, by the smoothed step of `frep.measure`: to 0.003 for walls of 3 samples."""
+        """Volume fraction of the sample, by the smoothed step of `frep.measure`: to 0.005, of smooth shapes to 0.003."""
         solid = self.solid(form, width)
         if self.period is not None:
             return fraction_of(solid, self.period)
@@ -319,11 +371,14 @@ class Entry:
     def curve(self, form: str, count: int = 9) -> tuple[np.ndarray, np.ndarray]:
         """Volume fraction against width: (n,) widths, (n,) fractions; widths that the topology refuses are left out.
 
-        Widths are spread evenly between the ends of `span`, without them.
+        Widths are those of `widths`; what is known of them is not sampled again.
         """
-        low, high = self.span(form)
+        known = self.known.fractions.get(form, ()) if self.known is not None else ()
+        if len(known) == count:
+            pairs = [(w, s) for w, s in zip(self.widths(form, count), known, strict=True) if s is not None]
+            return np.array([w for w, _ in pairs]), np.array([s for _, s in pairs])
         widths, shares = [], []
-        for width in low + (high - low) * (np.arange(count) + 0.5) / count:
+        for width in self.widths(form, count):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # sealed channels are for the one who builds with them
                 try:
@@ -357,7 +412,7 @@ class Entry:
         return rows + ([("note", self.note)] if self.note else [])
 
     def record(self) -> dict[str, Any]:
-        """All of it as numbers, texts and lists, for JSON."""
+        """All of it as numbers, texts and lists, for JSON; of what has no such form (a body, say) its repr."""
         facts = self.facts
         return {
             "name": self.name,
@@ -369,10 +424,15 @@ class Entry:
             "parameters": [
                 {
                     "name": p.name,
-                    "default": None if p.required else p.default,
+                    "default": None if p.required else _plain(p.default),
                     "required": p.required,
                     "unit": p.unit,
                     "range": p.range,
+                    "low": p.low,
+                    "high": p.high,
+                    "above": p.above,
+                    "of_cell": p.of_cell,
+                    "choices": _plain(p.choices),
                     "meaning": p.help,
                 }
                 for p in self.parameters
@@ -382,10 +442,13 @@ class Entry:
             "complement_congruent": self.complement_congruent,
             "symmetry": facts.symmetry,
             "valences": list(self.valences),
-            "pinch": facts.pinch,
-            "full": facts.full,
-            "range": None if facts.range is None else list(facts.range),
-            "period": None if self.period is None else [float(p) for p in self.period],
+            "pinch": _plain(facts.pinch),
+            "full": _plain(facts.full),
+            "range": _plain(facts.range),
+            "bias": _plain(facts.bias),
+            "period": _plain(self.period),
+            "size": _plain(self.size),
+            "sample": {name: _plain(value) for name, value in self.example.items()},
         }
 
 
@@ -422,6 +485,19 @@ def fraction_of(solid: Solid, period: Any) -> float:
     return float((0.5 + s * (0.625 * s * s - 1.125)).mean())
 
 
+def _plain(value: Any) -> Any:
+    """What JSON can hold of a value; None for an infinite number, which it cannot."""
+    if value is None or isinstance(value, bool | str | int):
+        return value
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    if isinstance(value, np.generic | np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    return repr(value)
+
+
 def _least(value: Any, otherwise: float) -> float:
     """The shortest of one or three sizes; another number for what is none (the maker complains)."""
     try:
@@ -454,7 +530,11 @@ def discover() -> dict[str, Entry]:
             strange = [entry for entry in entries if not isinstance(entry, Entry)]
             if strange:
                 raise TypeError(f"expected frep.catalogue.Entry, got {strange[0]!r}")
-        except Exception as error:  # whatever another package's import may raise must not take the others along
+            unnamed = [entry.name for entry in entries if not isinstance(entry.name, str) or not entry.name]
+            if unnamed:
+                raise TypeError(f"expected a name for each entry, got {unnamed[0]!r}")
+        except (Exception, SystemExit) as error:
+            # Whatever another package's import may raise, `sys.exit` too, must not take the others along.
             warn(f"topologies: {value!r} cannot be loaded and is left out: {error!r}", CatalogueWarning)
             continue
         for entry in entries:
@@ -472,7 +552,8 @@ def find(entries: Mapping[str, Entry], name: str) -> Entry:
         ArgumentError: there is none; the message names the nearest.
     """
     if not isinstance(name, str) or name not in entries:
-        known = suggestion(name, entries) or f"; there are {', '.join(entries) or 'none'}"
+        some = ", ".join(list(entries)[:12]) or "none"
+        known = suggestion(name, entries) or f"; there are {some}{' and so on' if len(entries) > 12 else ''}"
         raise ArgumentError(f"name: no topology {name!r}{known}")
     return entries[name]
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import base64
 import html
 import io
-import itertools
 import json
 import sys
 import tempfile
+import textwrap
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,13 +21,14 @@ from typing import Any
 
 import numpy as np
 
-from frep.catalogue import FORMS, GROUP, Entry, discover, find, of_family, told
-from frep.errors import ArgumentError, FileError, MissingDependencyError
+from frep.catalogue import FORMS, GROUP, CatalogueWarning, Entry, discover, find, of_family, told
+from frep.errors import ArgumentError, FileError, FrepError, FunctionError, MissingDependencyError, warn
 
 _COLORS = {"thicken": "#2f6f9f", "sheet": "#2f6f9f", "solid": "#b3572e", "inverse": "#8a8f2f", "twin": "#7a4f9a"}
 _PLOT = (720, 480)  # px of a plot in a file of its own
 _SMALL = (260, 180)  # px of one on the page
 _THUMBNAIL = (360, 270)
+_WIDE = 100  # characters of a terminal that has room for the sources
 
 Curves = dict[str, tuple[np.ndarray, np.ndarray]]
 
@@ -65,6 +66,8 @@ def run_topologies(name: str | None, options: Options) -> None:
     """
     if name is None and (options.picture or options.curve):
         raise ArgumentError("name: --picture and --curve are of one topology; give its name")
+    if options.json and (options.picture or options.curve or options.page):
+        raise ArgumentError("json: goes to the terminal, not with --picture, --curve or --page")
     if name is not None and (options.family or options.page):
         raise ArgumentError(f"{'family' if options.family else 'page'}: not with the name of one topology, {name!r}")
     _check_files(options)
@@ -77,7 +80,13 @@ def run_topologies(name: str | None, options: Options) -> None:
     if name is None:
         _list(of_family(entries, options.family), options)
     else:
-        _one(find(entries, name), options)
+        entry = find(entries, name)
+        try:
+            _one(entry, options)
+        except (FrepError, OSError):
+            raise
+        except Exception as error:  # another package's code
+            raise FunctionError(f"topologies: {name!r} fails: {type(error).__name__}: {error}") from error
 
 
 def _check_files(options: Options) -> None:
@@ -102,19 +111,32 @@ def _list(entries: Mapping[str, Entry], options: Options) -> None:
     if options.page is not None:
         _page(entries, options.page)
     elif options.json:
-        print(json.dumps([entry.record() for entry in _each(entries, "facts")], indent=1))
+        print(json.dumps(list(_of_each(entries, "facts", Entry.record).values()), indent=1, allow_nan=False))
     else:
         _tables(entries)
 
 
-def _each(entries: Mapping[str, Entry], doing: str) -> Iterator[Entry]:
-    """The entries one by one, with a bar; warnings about what is only shown are nobody's concern."""
+def _of_each(entries: Mapping[str, Entry], doing: str, what: Callable[[Entry], Any]) -> dict[str, Any]:
+    """Something of each entry, by name, with a bar; what it is only shown for warns nobody.
+
+    Warns:
+        CatalogueWarning: another package's code fails for one entry; the rest is there all the same.
+    """
     from frep.progress import progress
 
+    found, failed = {}, {}
     with progress(doing, total=len(entries)) as advance, _silent():
         for entry in entries.values():
-            yield entry
+            try:
+                found[entry.name] = what(entry)
+            except (FileError, MissingDependencyError):
+                raise  # no fault of the entry's
+            except Exception as error:
+                failed[entry.name] = error
             advance(1)
+    for name, error in failed.items():
+        warn(f"topologies: {name!r} fails and is left out: {error!r}", CatalogueWarning)
+    return found
 
 
 @contextmanager
@@ -125,44 +147,71 @@ def _silent() -> Iterator[None]:
 
 
 def _tables(entries: Mapping[str, Entry]) -> None:
+    from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else 120)
-    rows = {entry.name: _row(entry) for entry in _each(entries, "facts")}
-    for family in dict.fromkeys(entry.family for entry in entries.values()):
-        members = [entry for entry in entries.values() if entry.family == family]
-        names = [[p.name for p in entry.parameters] for entry in members]
-        # What all but a few of a family take stands once, under the table.
-        every = dict.fromkeys(itertools.chain.from_iterable(names))
-        common = [n for n in every if sum(n in row for row in names) > 0.8 * len(names)]
-        table = Table(title=f"{family}: {len(members)}", title_justify="left", title_style="bold")
-        for heading in ("name", "own parameters", "forms", "waveform", "point group", "valence", "pinch", "full"):
-            table.add_column(heading, no_wrap=heading == "name", overflow="fold")
-        for entry in members:
-            takes = [p.name for p in entry.parameters]
-            own = [n for n in takes if n not in common] + [f"no {n}" for n in common if n not in takes]
-            table.add_row(entry.name, ", ".join(own), *rows[entry.name])
+    # Names come from other packages: no markup is looked for in them.
+    console = Console(width=None if sys.stdout.isatty() else 120, markup=False, highlight=False)
+    rows = _of_each(entries, "facts", _row)
+    shown = [entries[name] for name in rows]
+    for family in dict.fromkeys(entry.family for entry in shown):
+        members = [entry for entry in shown if entry.family == family]
+        narrow = console.width < _WIDE
+        table = Table(
+            title=f"{family}: {len(members)}",
+            title_justify="left",
+            title_style="bold",
+            box=box.SIMPLE_HEAD if narrow else box.HEAVY_HEAD,
+            padding=(0, 1, 0, 0) if narrow else (0, 1),
+        )
+        columns = {heading: [rows[entry.name][heading] for entry in members] for heading in rows[members[0].name]}
+        if narrow:
+            del columns["source"]
+        # What all have in common stands once, under the table.
+        shared = {h: texts[0] for h, texts in columns.items() if len(texts) > 1 and len(set(texts)) == 1}
+        columns = {h: texts for h, texts in columns.items() if h not in shared and any(texts)}
+        table.add_column("name", no_wrap=True)
+        for heading, texts in columns.items():
+            words = " ".join([heading, *texts]).split()
+            table.add_column(heading, overflow="fold", min_width=min(12, max(map(len, words))))
+        for entry, *texts in zip(members, *columns.values(), strict=True):
+            table.add_row(entry.name, *texts)
         console.print(table)
-        console.print(f"  parameters: {', '.join(common)}\n", style="dim", highlight=False, markup=False)
-    console.print(
-        "pinch, full: width in cells that closes the channels, that fills the cell", style="dim", highlight=False
-    )
-    console.print("frep topologies NAME tells all of one", style="dim", highlight=False)
+        for line in [f"{h}: {text}" for h, text in shared.items() if text] + _parameters_of(members):
+            filled = textwrap.fill(line, console.width, initial_indent="  ", subsequent_indent="      ")
+            console.print(filled, style="dim")
+        console.print()
+    console.print("pinch, full: width in cells that closes the channels, that fills the cell", style="dim")
+    console.print("frep topologies NAME tells all of one, --page PATH.html draws all", style="dim")
 
 
-def _row(entry: Entry) -> tuple[str, ...]:
+def _parameters_of(members: Sequence[Entry]) -> list[str]:
+    """A line for each parameter, with its default and range, and who takes it where not all do."""
+    takers: dict[str, list[str]] = {}
+    for entry in members:
+        for p in entry.parameters:
+            takers.setdefault(told(p), []).append(entry.name)
+    lines = []
+    for text, names in takers.items():
+        others = [entry.name for entry in members if entry.name not in names]
+        who = f"all but {', '.join(others)}" if len(others) < len(names) else ", ".join(names)
+        lines.append(f"{text} [{who}]" if others else text)
+    return lines
+
+
+def _row(entry: Entry) -> dict[str, str]:
     facts = entry.facts
-    forms = ", ".join(entry.forms)
-    wave = "signed" if entry.signed else "unsigned"
-    return (
-        forms,
-        wave + (", congruent" if entry.complement_congruent else ""),
-        facts.symmetry or "",
-        _valences(entry),
-        _number(facts.pinch),
-        _number(facts.full),
-    )
+    wave = ("signed" if entry.signed else "unsigned") if entry.forms else ""
+    return {
+        "forms": ", ".join(entry.forms),
+        "waveform": wave + (", congruent" if entry.complement_congruent else ""),
+        "point group": facts.symmetry or "",
+        "valence": _valences(entry),
+        "pinch": _number(facts.pinch),
+        "full": _number(facts.full),
+        "source": entry.source,
+    }
 
 
 def _valences(entry: Entry) -> str:
@@ -193,7 +242,7 @@ def _one(entry: Entry, options: Options) -> None:
     if options.json:
         with _silent():
             measured = {form: [list(map(float, row)) for row in rows] for form, rows in curves(entry).items()}
-            print(json.dumps({**entry.record(), "curves": measured}, indent=1))
+            print(json.dumps({**entry.record(), "curves": measured}, indent=1, allow_nan=False))
         return
     print(entry)
     print("\n".join(f"{name:<11} {value}" for name, value in _fact_lines(entry)))
@@ -341,7 +390,7 @@ def _plot_picture(measured: Curves, title: str) -> Any:
         pen.text((left + 12 + 150 * k, top - 5), f"{form} ({FORMS[form]})", fill=color, font=font, anchor="lb")
     pen.text(
         ((left + right) / 2, _PLOT[1] - 8),
-        f"{title}: volume fraction against width or bias, mm",
+        f"{title}: volume fraction against width in mm, or bias",
         fill="#2b3640",
         font=font,
         anchor="mb",
@@ -349,14 +398,15 @@ def _plot_picture(measured: Curves, title: str) -> Any:
     return image
 
 
-def _plot_svg(measured: Curves) -> str:
+def _plot_svg(measured: Curves, name: str) -> str:
     """A small plot as inline SVG."""
     plot = _Plot.of(measured, _SMALL, 34)
     left, top, right, bottom = plot.frame
     width, height = _SMALL
+    told = html.escape(f"volume fraction of {name} against width or bias: {', '.join(measured)}")
     parts = [
-        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="volume fraction">',
-        f'<rect x="{left}" y="{top}" width="{right - left}" height="{bottom - top}" class="frame"/>',
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" aria-label="{told}">',
+        f'<rect x="{left:g}" y="{top:g}" width="{right - left:g}" height="{bottom - top:g}" class="frame"/>',
     ]
     for k in range(5):
         y = bottom - (bottom - top) * k / 4
@@ -394,23 +444,25 @@ svg polyline { fill: none; stroke-width: 2; } .frame { fill: none; stroke: #8b95
 def _page(entries: Mapping[str, Entry], path: Path) -> None:
     from frep.io.atomic import replacing
 
-    sections: dict[str, list[str]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        for entry in _each(entries, "page"):
-            sections.setdefault(entry.family, []).append(_article(entry, Path(folder)))
-    links = "".join(f'<a href="#{html.escape(f)}">{html.escape(f)} ({len(rows)})</a>' for f, rows in sections.items())
-    body = "".join(
-        f'<section><h2 id="{html.escape(family)}">{html.escape(family)}</h2>{"".join(rows)}</section>'
-        for family, rows in sections.items()
-    )
+        articles = _of_each(entries, "page", lambda entry: _article(entry, Path(folder)))
+    sections: dict[str, list[str]] = {}
+    for name, article in articles.items():
+        sections.setdefault(entries[name].family, []).append(article)
+    links, body = "", ""
+    for k, (family, rows) in enumerate(sections.items()):
+        # A number, since an id holds no spaces and "steady" is a family and a name.
+        links += f'<a href="#family-{k}">{html.escape(family)} ({len(rows)})</a> '
+        body += f'<section><h2 id="family-{k}">{html.escape(family)}</h2>{"".join(rows)}</section>'
     with replacing(path) as temporary:
         temporary.write_text(
             '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Topologies</title>'
+            '<meta name="viewport" content="width=device-width">'
             f"<style>{_STYLE}</style></head><body><h1>Topologies</h1><p>Limits are in cells; the plots show the volume "
-            f"fraction of the sample against width or bias in mm.</p><nav>{links}</nav>{body}</body></html>\n",
+            f"fraction of the sample against width in mm, or bias.</p><nav>{links}</nav>{body}</body></html>\n",
             encoding="utf-8",
         )
-    print(f"wrote {path} ({len(entries)} topologies, {path.stat().st_size / 1e6:.1f} MB)")
+    print(f"wrote {path} ({len(articles)} topologies, {path.stat().st_size / 1e6:.1f} MB)")
 
 
 def _small(picture: Path) -> bytes:
@@ -430,10 +482,13 @@ def _article(entry: Entry, folder: Path) -> str:
     if entry.forms:
         draw(entry, folder / "thumbnail.png", size=_THUMBNAIL, cells=20)
         data = base64.b64encode(_small(folder / "thumbnail.png")).decode("ascii")
-        picture = f'<img alt="{text(entry.name)}" src="data:image/png;base64,{data}">'
-        plot = _plot_svg(curves(entry))
+        form, width = entry.shown
+        seen = f"{entry.name}: {form}, {FORMS[form]} {width:.3g}"
+        wide, high = _THUMBNAIL
+        picture = f'<img alt="{text(seen)}" width="{wide}" height="{high}" src="data:image/png;base64,{data}">'
+        plot = _plot_svg(curves(entry), entry.name)
     parameters = "".join(f"<li>{text(told(p))}</li>" for p in entry.parameters)
-    facts = [("forms", ", ".join(entry.forms)), ("waveform", _row(entry)[1]), ("valences", _valences(entry))]
+    facts = [("forms", ", ".join(entry.forms)), ("waveform", _row(entry)["waveform"]), ("valences", _valences(entry))]
     facts += [row for row in _fact_lines(entry) if row[0] not in ("sample", "period")]
     rows = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in facts if value)
     note = f"<p>{text(entry.note)}</p>" if entry.note else ""

@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 import frep
-from frep import ArgumentError, Field, Solid
+from frep import ArgumentError, ArgumentTypeError, Field, Solid
 from frep.catalogue import FORMS, Entry, find, of_family, suggestion
 
 from .catalogue_entries import entries
@@ -138,14 +140,16 @@ def doe(
     - Where one side of a surface has the shape of the other (gyroid, D, Schwarz P: `complement_congruent`), Inverse is
       redundant, and so are negative biases of Thin and Twin. Inverse at a bias is listed as Solid at its negative, Thin
       and Twin at a negative bias as those at the positive one, each once: no shape that was asked for is lost.
-    - Of an unsigned waveform (beams, foams) Solid and Inverse are redundant: only Thin is listed, at no bias.
+    - Of an unsigned waveform (beams, foams) Solid and Inverse are redundant, since they are Thin and Twin: these are
+      listed, those of the two that there are, at no bias.
 
     Args:
         name: as in `names`.
         variants: of "solid", "inverse", "thin" and "twin"; those that the topology has not are left out.
         thickness: walls or diameters in mm, a number, a Field or a list of them.
         bias: mm, alike.
-        parameters: of the topology; a list stands for its values one by one (anything else, a tuple too, for itself).
+        parameters: of the topology; a list stands for its values one by one, and so does an array or range of a parameter
+            that has a range. Anything else, a tuple too, stands for itself.
 
     Raises:
         ArgumentError: unknown names, values out of range, Thin or Twin without a thickness, or nothing left.
@@ -169,7 +173,10 @@ def doe(
         raise ArgumentError(f"thickness: {' and '.join(v for v in asked if v in ('thin', 'twin'))} needs one, in mm")
     for wall in walls:
         frep.arguments.width(wall, "thickness")
-    lists = {key: value if isinstance(value, list) else [value] for key, value in parameters.items()}
+    lists = {key: _values_of(entry, key, value) for key, value in parameters.items()}
+    for key, row in {"bias": biases if entry.signed else [0.0], **lists}.items():
+        if not row:
+            raise ArgumentError(f"{key}: expected a value or a list of some, got none")
     found: dict[Any, Design] = {}
     for values in itertools.product(*lists.values()):
         chosen = dict(zip(lists, values, strict=True))
@@ -185,16 +192,20 @@ def doe(
 
 def _asked(entry: Entry, variants: Iterable[str] | str) -> list[str]:
     """The variants asked for that the topology has and that say something."""
+    if not isinstance(variants, Iterable):
+        raise ArgumentTypeError(f"variants: expected some of {', '.join(VARIANTS)}, got {variants!r}")
     wanted = [variants] if isinstance(variants, str) else list(variants)
     for variant in wanted:
-        if variant not in VARIANTS:
+        if not isinstance(variant, str) or variant not in VARIANTS:
             raise ArgumentError(
                 f"variants: expected {', '.join(VARIANTS)}, got {variant!r}{suggestion(variant, VARIANTS)}"
             )
-    useful = [v for v in VARIANTS if _form(entry, v) in entry.forms and (entry.signed or v == "thin")]
+    useful = [v for v in VARIANTS if _form(entry, v) in entry.forms and (entry.signed or v in ("thin", "twin"))]
     kept = [v for v in dict.fromkeys(wanted) if v in useful]
     if not kept:
-        raise ArgumentError(f"variants: {entry.name} differs only in {', '.join(useful)}; got {', '.join(wanted)}")
+        raise ArgumentError(
+            f"variants: {entry.name} differs only in {', '.join(useful)}; got {', '.join(wanted) or 'none'}"
+        )
     return kept
 
 
@@ -207,7 +218,7 @@ def _bodies(
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Variant, thickness and bias of each design, the redundant ones under the name of those that they repeat."""
     if not signed:
-        yield from (("thin", {"thickness": wall}) for wall in walls)
+        yield from ((variant, {"thickness": wall}) for wall in walls)
     elif variant in ("solid", "inverse"):
         for b in biases:
             if congruent and variant == "inverse" and not isinstance(b, Field):
@@ -228,7 +239,21 @@ def _listed(values: Any, name: str) -> list[Any]:
     return [float(f.data) + 0.0 if f.is_constant else f for f in fields]
 
 
+def _values_of(entry: Entry, name: str, values: Any) -> list[Any]:
+    """The values of a parameter one by one."""
+    if isinstance(values, list):
+        return values
+    ranged = any(p.name == name and (p.low is not None or p.high is not None) for p in entry.parameters)
+    if ranged and (isinstance(values, range) or (isinstance(values, np.ndarray) and values.ndim == 1)):
+        return [v.item() if isinstance(v, np.generic) else v for v in values]
+    return [values]
+
+
 def _key(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return tuple(map(_key, value))
+    if isinstance(value, np.ndarray):
+        return (value.shape, value.tobytes())
     try:
         hash(value)
     except TypeError:

@@ -10,7 +10,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from types import ModuleType
 from typing import Any
@@ -21,6 +21,7 @@ from frep.catalogue import Entry, EntryParameter, Facts
 
 from . import beams, foams, noise, stochastic, tpms
 from . import catalogue_facts as facts
+from .catalogue_table import KNOWN
 
 _P = EntryParameter
 
@@ -43,7 +44,15 @@ _MEANINGS: dict[str, EntryParameter] = {
             of_cell=True,
         ),
         _P("equal", 0, help="whether the eight bubbles hold equal volumes", choices=(True, False)),
-        _P("angle", 0, 0, math.pi / 2, "rad", "how far slanted ribs lean inwards", above=True),
+        _P(
+            "angle",
+            0,
+            0,
+            math.pi / 2,
+            "rad",
+            "how far slanted ribs lean inwards; less than pi / 4 in a cubic cell",
+            above=True,
+        ),
         _P(
             "pattern",
             0,
@@ -73,6 +82,11 @@ _MEANINGS: dict[str, EntryParameter] = {
         ),
         _P("density", 0, low=0, above=True, help="instead of cell_size: cells a mm3; number or Field"),
         _P("seeds", 0, help="instead: (n, 3) points in the body"),
+        _P(
+            "weights",
+            0,
+            help="with seeds: radii in mm, one a seed, of balls that pull its faces outwards; None for none",
+        ),
         _P("random_state", 0, help="a whole number, with which the same comes out each time, or a numpy Generator"),
         _P("method", 0, help="how seeds are placed", choices=("poisson_disk", "uniform")),
         _P("relax", 0, 0, 1000, help="steps of Lloyd's relaxation"),
@@ -120,7 +134,7 @@ _SOURCES = {
     "hexagonal_honeycomb": "Gibson and Ashby 1997",
     "triangular_honeycomb": "Gibson and Ashby 1997; isogrid: Meyer et al. 1973, NASA CR-124075",
     "kagome": "Hyun and Torquato 2002",
-    "columns": "LF-rep 4.1, the upright beams that cells share",
+    "columns": "LF-rep Table 3.1, its upright beams alone",
     "honeycomb": "Gibson and Ashby 1997",
     "kelvin": "Thomson (Kelvin) 1887",
     "rhombic": "the Voronoi cells of FCC (Kepler 1611)",
@@ -236,14 +250,8 @@ def _surface_entries() -> list[Entry]:
             EntryParameter("t", "", *limits, help=p.help, required=True) if p.name == "t" else p
             for p in made.parameters
         )
-        rows.append(_with(made, parameters=parameters))
+        rows.append(replace(made, parameters=parameters))
     return rows
-
-
-def _with(entry: Entry, **changes: Any) -> Entry:
-    from dataclasses import replace
-
-    return replace(entry, **changes)
 
 
 def _foam_entries() -> list[Entry]:
@@ -315,15 +323,6 @@ def simplex(cell_size: float, **options: Any) -> Noise:
     return Noise(noise.simplex(cell_size, **options), cell_size)
 
 
-def _of_noise(waveform: Noise) -> Facts:
-    return Facts(bias=(-0.7, 0.7), range=(-1.0, 1.0))
-
-
-def _of_walls(_: Any) -> Facts:
-    # Seeds at a least distance: no point is as far from a wall as the side of a cell.
-    return Facts(pinch=0.0, full=1.0)
-
-
 def _random_entries() -> list[Entry]:
     block = frep.box((0, 0, 0), (12, 12, 12))
     cells: dict[str, Any] = {"cell_size": 4.0, "random_state": 1}
@@ -337,7 +336,7 @@ def _random_entries() -> list[Entry]:
         _entry(
             stochastic.voronoi_walls,
             "stochastic",
-            _of_walls,
+            partial(facts.of_random_walls, cell=4.0),
             arguments="body, thickness=0.5, cell_size=4, random_state=1",
             leave_out=("thickness",),
             make=voronoi_walls,
@@ -346,10 +345,11 @@ def _random_entries() -> list[Entry]:
         _entry(
             stochastic.fibres,
             "stochastic",
-            lambda _: Facts(full=0.5),
+            lambda _: Facts(),
             arguments="body, number=60, random_state=1",
             example=felt,
             body=block,
+            widest=0.5,
         ),
         _entry(
             noise.spinodal,
@@ -361,7 +361,7 @@ def _random_entries() -> list[Entry]:
         _entry(
             noise.perlin,
             "noise",
-            _of_noise,
+            facts.of_noise,
             arguments="cell_size=5, random_state=1",
             make=perlin,
             example={"cell_size": 5.0, "repeat": 4, "random_state": 1},
@@ -370,7 +370,7 @@ def _random_entries() -> list[Entry]:
         _entry(
             noise.simplex,
             "noise",
-            _of_noise,
+            facts.of_noise,
             arguments="cell_size=5, random_state=1",
             make=simplex,
             example={"cell_size": 5.0, "random_state": 1},
@@ -416,11 +416,12 @@ def _steady_entry() -> Entry:
         call="from topologies.steady import SteadyLattice; SteadyLattice(nodes, radii, racks, u, v, w, counts)",
         methods=("thicken",),
         body=frep.box((-1, -1, -1), (9, 9, 9)),
-        facts_of=lambda _: Facts(full=0.3),
+        widest=0.3,
         note="Its radii are its body: `solid()` needs no diameter. `frep lattice PROGRAM` examines one.",
     )
 
 
 def entries() -> tuple[Entry, ...]:
     """Every topology of this package, in the order of the families."""
-    return (*_beam_entries(), *_surface_entries(), *_foam_entries(), *_random_entries(), _steady_entry())
+    found = (*_beam_entries(), *_surface_entries(), *_foam_entries(), *_random_entries(), _steady_entry())
+    return tuple(replace(entry, known=KNOWN.get(entry.name)) for entry in found)

@@ -1,4 +1,8 @@
-"""What a topology turns out to be: when its channels close, when it is full, its point group; from samples."""
+"""What a topology turns out to be: when its channels close, when it is full, its point group; from samples.
+
+Samples take seconds: what they tell is written down in `catalogue_table.py`, by `python -m topologies.catalogue_written`
+after a change of a topology. Tests hold it to the samples.
+"""
 
 from __future__ import annotations
 
@@ -104,13 +108,13 @@ def _class_of(turns: list[np.ndarray]) -> str:
     ]
 
 
-def of_beams(topology: BeamTopology) -> Facts:
+def of_beams(topology: BeamTopology, count: int = _NODES) -> Facts:
     """Facts of a periodic cell of beams: diameters of which pores close and the cell is full, of the shortest side."""
     period = topology.skeleton.size  # type: ignore[attr-defined]
     distance = topology.thicken(1.0).field + 0.5
     side = float(min(period))
     full = 2.0 * _extremes(distance, tuple(map(float, period)))[1] / side
-    pinch = 2.0 * _pinch(samples(distance, period)) / side
+    pinch = 2.0 * _pinch(samples(distance, period, count)) / side
     return Facts(pinch=pinch, full=full, symmetry=symmetries(distance, period)[0])
 
 
@@ -123,11 +127,12 @@ def of_hexagonal_beams(topology: BeamTopology) -> Facts:
 def of_surface(surface: PeriodicSurface) -> Facts:
     """Facts of a periodic surface; thicknesses of the cell's shortest side, biases in mm."""
     depths = surface.depths
-    bias = None if depths is None else (-depths.full[0], depths.full[1])
-    known = {"range": surface.range, "bias": bias, "symmetry": symmetries(surface.members[0], surface.period)[0]}
+    known: dict[str, Any] = {"range": surface.range, "symmetry": symmetries(surface.members[0], surface.period)[0]}
     if depths is None:
         return Facts(**known)
-    return Facts(pinch=surface.pinch, full=surface.full, **known)
+    # Depths without a table are sure to fill the cell, by up to half a sample's diagonal more than it takes.
+    low, high = (-depths.full[0], depths.full[1]) if surface.shares else _extremes(surface.value, surface.period)
+    return Facts(pinch=surface.pinch, full=2.0 * max(-low, high) / min(surface.cell), bias=(low, high), **known)
 
 
 def of_scherk(surface: PeriodicSurface) -> Facts:
@@ -146,7 +151,7 @@ def of_foam(foam: Foam) -> Facts:
 
 def of_random_beams(topology: BeamTopology, cell: float) -> Facts:
     """Facts of a random periodic network whose cells are `cell` mm on average; its waveform is a distance."""
-    facts = of_beams(topology)
+    facts = of_beams(topology, 2 * _NODES)  # several cells wide
     side = float(min(topology.skeleton.size)) / cell  # type: ignore[attr-defined]
     assert facts.pinch is not None
     assert facts.full is not None
@@ -162,6 +167,20 @@ def of_spinodal(structure: Spinodal) -> Facts:
         bias=(low, high),
         range=_extremes(structure.level, structure.period),
     )
+
+
+def of_random_walls(walls: Any, cell: float) -> Facts:
+    """Facts of the walls of random cells `cell` mm wide on average: closed from the start, full where the widest is."""
+    thin = 0.1
+    distance = walls.sheet(thin).field + 0.5 * thin
+    return Facts(pinch=0.0, full=2.0 * _extremes(distance, walls.period)[1] / cell)
+
+
+def of_noise(waveform: Any) -> Facts:
+    """Facts of a noise: biases that leave a thousandth on either side, in ten cells each way; its values stay within 1."""
+    values = waveform.level(samples_of((10.0 * waveform.cell,) * 3, 2 * _NODES))
+    low, high = np.quantile(values, (0.001, 0.999))
+    return Facts(bias=(round(float(low), 2), round(float(high), 2)), range=(-1.0, 1.0))
 
 
 def samples_of(period: Any, count: int = _NODES) -> np.ndarray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
+import json
 import tomllib
 import warnings
 from pathlib import Path
@@ -21,6 +23,7 @@ from frep.catalogue import (
     Entry,
     EntryParameter,
     Facts,
+    Known,
     discover,
     find,
     fraction_of,
@@ -153,6 +156,7 @@ def test_an_unknown_form_is_told():
         ({"cell": 2, "tilt": 1.1}, "0 to 0.5 of the cell 2 mm"),
         ({"pattern": "gamma"}, "one of 'alpha', 'beta'"),
         ({"pattern": "alpa"}, "did you mean 'alpha'"),
+        ({"pattern": np.array(["alpha", "beta"])}, "one of 'alpha', 'beta'"),
         ({"count": 10}, "1 to 9"),
     ],
 )
@@ -190,6 +194,58 @@ def test_an_entry_prints_all_of_it():
     assert LAYERS.record()["parameters"][1]["range"] == "0 to 0.5 of the cell"
 
 
+def test_a_range_without_its_end_says_so():
+    assert EntryParameter("angle", 0.5, 0, 1.5, "rad", above=True).range == "more than 0 and at most 1.5 rad"
+    assert EntryParameter("cell", 1.0, 0, unit="mm", above=True).range == "more than 0 mm"
+
+
+# --- known beforehand ------------------------------------------------------------------------------------------------
+
+
+def test_what_is_known_needs_no_sample_and_what_is_found_out_is_the_same():
+    found = LAYERS.found_out()
+    assert found.forms == ("sheet", "solid")
+    assert found.period == (4.0, 4.0, 4.0)
+    np.testing.assert_allclose(np.array(found.fractions["sheet"], float), (np.arange(9) + 0.5) / 9, atol=4e-3)
+
+    def never(**_):
+        raise AssertionError("a sample was made")
+
+    known = dataclasses.replace(LAYERS, known=found, make=never)
+    assert (known.forms, known.signed, known.valences, known.facts) == (("sheet", "solid"), True, (), Facts(full=1.0))
+    assert known.record() == LAYERS.record()
+    assert str(known) == str(LAYERS)
+    for form in known.forms:
+        np.testing.assert_array_equal(known.curve(form), LAYERS.curve(form))
+    assert known.shown == LAYERS.shown
+    # Asked for otherwise, it is sampled.
+    with pytest.raises(AssertionError, match="a sample was made"):
+        known.curve("sheet", 5)
+    assert dataclasses.replace(known, make=LAYERS.make).found_out() == found
+
+
+def test_widths_that_were_refused_stay_left_out():
+    known = Known(("sheet",), period=(4, 4, 4), facts=Facts(full=1.0), fractions={"sheet": (0.25, None)})
+    widths, shares = Entry("x", "y", "", Layers, known=known).curve("sheet", 2)
+    np.testing.assert_array_equal((widths, shares), [[1.0], [0.25]])
+
+
+def test_records_hold_only_what_json_can():
+    odd = EntryParameter("body", frep.box((0, 0, 0), (1, 1, 1)), choices=(1, "a"), help="odd")  # type: ignore[arg-type]
+    facts = Facts(full=np.float64(1.0), pinch=float("inf"))  # type: ignore[arg-type]
+    entry = Entry("x", "y", "", Layers, (odd,), example={"cell": np.float64(4.0)}, facts_of=lambda _: facts)
+    record = json.loads(json.dumps(entry.record(), allow_nan=False))
+    assert record["parameters"][0]["default"].startswith("<Solid box")
+    assert record["parameters"][0]["choices"] == [1, "a"]
+    assert (record["pinch"], record["full"], record["sample"]) == (None, 1.0, {"cell": 4.0})
+
+
+def test_curves_end_somewhere_where_nothing_is_full():
+    open_ = Entry("x", "y", "", Grid, PARAMETERS[:1], widest=0.3)
+    assert open_.span("thicken") == (0.0, pytest.approx(0.3 * open_.size))
+    assert open_.facts.full is None
+
+
 # --- found -----------------------------------------------------------------------------------------------------------
 
 
@@ -209,6 +265,12 @@ def site(tmp_path, monkeypatch):
         "ENTRIES = [Entry('one_for_tests', 'mine', 'First.', dict), Entry('two_for_tests', 'mine', 'Second.', dict)]\n"
         "AGAIN = [Entry('one_for_tests', 'yours', 'Another.', dict), Entry('three_for_tests', 'yours', 'Third.', dict)]\n"
         "NUMBERS = [1, 2]\n"
+        "UNNAMED = [Entry(7, 'mine', 'A number.', dict)]\n"
+        "def MAKER(): return ENTRIES\n"
+    )
+    (tmp_path / "quits_for_tests.py").write_text("import sys\nsys.exit('no licence')\n")
+    (tmp_path / "breaks_for_tests.py").write_text(
+        "def made():\n    raise ZeroDivisionError('in the middle')\n    yield\nENTRIES = made()\n"
     )
     importlib.invalidate_caches()
     return tmp_path
@@ -224,7 +286,17 @@ def test_what_a_package_announces_is_found(site):
 
 
 @pytest.mark.parametrize(
-    "value", ["no_such_module:ENTRIES", "mine_for_tests:MISSING", "mine_for_tests:NUMBERS", "frep:__version__x"]
+    "value",
+    [
+        "no_such_module:ENTRIES",
+        "mine_for_tests:MISSING",
+        "mine_for_tests:NUMBERS",
+        "mine_for_tests:UNNAMED",
+        "mine_for_tests:MAKER",
+        "frep:__version__x",
+        "quits_for_tests:ENTRIES",
+        "breaks_for_tests:ENTRIES",
+    ],
 )
 def test_a_broken_announcement_is_left_out_with_a_warning(site, value):
     announce(site, "broken", f"broken = {value}")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import base64
 import csv
+import functools
 import importlib
 import io
 import json
 import re
+import sys
 import textwrap
 from html.parser import HTMLParser
 
@@ -75,10 +77,82 @@ def test_a_family_is_listed(capsys):
     assert main(["topologies", "--family", "tests"]) == 0
     told = capsys.readouterr().out
     row = next(line for line in told.splitlines() if NAME in line)
-    for word in ("sheet, twin", "unsigned", "4/mmm", " 0 ", " 1 "):
+    for word in ("sheet, twin", "unsigned", "4/mmm", " 0 ", " 1 ", "nobody 2001"):
         assert word in row
-    assert "parameters: cell" in told
-    assert "own" in next(line for line in told.splitlines() if "bare_for_tests" in line)
+    assert "  cell = 4 mm (more than 0 mm): how far <apart>\n" in told
+    assert "  own = 1 (0 to 2) [bare_for_tests]\n" in told
+
+
+def test_lists_are_plain_text_in_a_pipe_and_fit_a_narrow_terminal(capsys, monkeypatch):
+    assert main(["topologies"]) == 0
+    told = capsys.readouterr().out
+    assert "\x1b" not in told
+    assert max(map(len, told.splitlines())) <= 120
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setenv("TERM", "xterm")
+    assert main(["topologies"]) == 0
+    told = re.sub(r"\x1b\[[\d;]*m", "", capsys.readouterr().out)
+    assert max(map(len, told.splitlines())) <= 60
+    # Words are whole.
+    assert {"unsigned", "valence", "layers_for_tests", "pinch", "full", "4/mmm"} <= set(told.split())
+
+
+def test_nothing_is_sampled_for_a_list(monkeypatch, capsys):
+    """What the topologies of this package are is written down; of another package's it is found out."""
+    made = []
+    real = frep.catalogue.Entry.sample.func
+
+    def counted(self):
+        made.append(self.name)
+        return real(self)
+
+    sample = functools.cached_property(counted)
+    sample.__set_name__(frep.catalogue.Entry, "sample")
+    monkeypatch.setattr(frep.catalogue.Entry, "sample", sample)
+    assert main(["topologies"]) == 0
+    assert main(["topologies", "--json"]) == 0
+    assert len(capsys.readouterr().out) > 10_000
+    assert set(made) <= {NAME, "bare_for_tests"}
+
+
+def test_text_of_another_package_is_no_markup(site, capsys):
+    module = site.parent / "packages" / "topology_cli_mine.py"
+    entry = 'Entry("odd_for_tests", "[red]odd", "Odd.", Bare, source="[bold]x[/nonsense] <b>")'
+    module.write_text(textwrap.dedent(MINE) + f"ENTRIES = [{entry}]\n")
+    sys.modules.pop("topology_cli_mine", None)
+    assert main(["topologies", "--family", "[red]odd"]) == 0
+    told = capsys.readouterr().out
+    assert "[bold]x[/nonsense] <b>" in told
+    assert "[red]odd: 1" in told
+    assert main(["topologies", "--family", "[red]odd", "--page", "a.html"]) == 0
+    assert "&lt;b&gt;" in (site / "a.html").read_text()
+
+
+BROKEN = """
+    def fails(*_, **__):
+        raise ZeroDivisionError("deep inside")
+
+    ENTRIES += [Entry("broken_for_tests", "tests", "Fails.", fails, (CELL,))]
+"""
+
+
+def test_an_entry_that_fails_does_not_take_the_others_along(site, capsys):
+    module = site.parent / "packages" / "topology_cli_mine.py"
+    module.write_text(textwrap.dedent(MINE) + textwrap.dedent(BROKEN))
+    sys.modules.pop("topology_cli_mine", None)
+    for more in ([], ["--json"], ["--page", "a.html"]):
+        assert main(["topologies", "--family", "tests", *more]) == 0
+        told = capsys.readouterr()
+        assert told.err.count("frep: warning:") == 1
+        assert "'broken_for_tests' fails and is left out: ZeroDivisionError('deep inside')" in told.err
+        if more == ["--json"]:
+            assert [row["name"] for row in json.loads(told.out)] == [NAME, "bare_for_tests"]
+    assert f'id="{NAME}"' in (site / "a.html").read_text()
+    for more in ([], ["--json"], ["--picture", "a.png"], ["--curve", "a.csv"]):
+        assert main(["topologies", "broken_for_tests", *more]) == 1
+        told = capsys.readouterr().err
+        assert told.splitlines()[-1].startswith("frep: error: topologies: 'broken_for_tests' fails: ZeroDivisionError")
 
 
 def test_one_is_told_in_whole(capsys):
@@ -111,6 +185,11 @@ def test_json_is_the_same_in_numbers(capsys):
             "required": False,
             "unit": "mm",
             "range": "more than 0 mm",
+            "low": 0,
+            "high": None,
+            "above": True,
+            "of_cell": False,
+            "choices": [],
             "meaning": "how far <apart>",
         }
     ]
@@ -167,19 +246,31 @@ def test_the_page_is_one_file_with_everything_in_it(site, capsys):
     assert len([tag for tag, _ in page.tags if tag == "polyline"]) == 2
     assert "how far &lt;apart&gt;" in text
     assert "z &amp; more" in text
+    ids = [a["id"] for _, a in page.tags if "id" in a]
+    assert len(ids) == len(set(ids))
+    assert {a["href"] for tag, a in page.tags if tag == "a"} <= {f"#{i}" for i in ids}
+    assert not any(" " in i for i in ids if i)
+    alternatives = [a.get("alt") or a.get("aria-label") or "" for tag, a in page.tags if tag in ("img", "svg")]
+    assert len(alternatives) == 2
+    assert all(NAME in text and "sheet" in text for text in alternatives)
     # Nothing is fetched from anywhere.
     assert not re.search(r"""(?:src|href)=["'](?!data:|#)""", text)
     assert "2 topologies" in capsys.readouterr().out
 
 
-def test_a_page_that_fails_leaves_the_old_one(site, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [(frep.errors.FileError("draw: no space"), 1, "no space"), (KeyboardInterrupt(), 130, "interrupted")],
+)
+def test_a_page_that_fails_or_is_interrupted_leaves_the_old_one(site, monkeypatch, capsys, error, code, told):
     (site / "a.html").write_text("old")
 
     def broken(*_, **__):
-        raise frep.ArgumentError("draw: enough")
+        raise error
 
     monkeypatch.setattr(frep.topology_cli, "draw", broken)
-    assert "enough" in fails(capsys, ["--family", "tests", "--page", "a.html"])
+    assert main(["topologies", "--family", "tests", "--page", "a.html"]) == code
+    assert told in capsys.readouterr().err
     assert (site / "a.html").read_text() == "old"
     assert [path.name for path in site.iterdir()] == ["a.html"]
 
@@ -193,6 +284,8 @@ def test_a_page_that_fails_leaves_the_old_one(site, monkeypatch, capsys):
         (["--curve", "a.csv"], "give its name"),
         ([NAME, "--family", "tests"], "family"),
         ([NAME, "--page", "a.html"], "page"),
+        ([NAME, "--json", "--picture", "a.png"], "json"),
+        (["--json", "--page", "a.html"], "json"),
         ([NAME, "--picture", "a.jpg"], ".png"),
         ([NAME, "--curve", "a.txt"], ".csv"),
         (["--page", "a.txt"], ".html"),
