@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from .errors import (
     ArgumentError,
     ArgumentTypeError,
+    DisconnectedWarning,
     EmptyError,
     FileError,
     FrepError,
@@ -95,6 +96,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "ArgumentError",
     "ArgumentTypeError",
+    "DisconnectedWarning",
     "EmptyError",
     "Field",
     "FieldLike",

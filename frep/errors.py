@@ -65,3 +65,7 @@ def warn(message: str, category: type[Warning]) -> None:
         frame = frame.f_back
         level += 1
     warnings.warn(message, category, stacklevel=level)
+
+
+class DisconnectedWarning(UserWarning):
+    """A lattice falls into several parts, or beams of it end in the air, or much of it was left out because it hung loose."""

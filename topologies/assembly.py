@@ -7,7 +7,7 @@ tells how well they meet.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -16,17 +16,13 @@ import numpy as np
 from frep import ArgumentError, ArgumentTypeError, EmptyError, Solid, graphs
 from frep.arguments import box_of, positive, sizes
 from frep.arguments import vector as vector_of
-from frep.errors import warn
+from frep.errors import DisconnectedWarning, warn
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton
 
 from .beam_topology import BeamTopology
 
 _PROBES = 48
 """Gaps and overlaps of regions are looked for at the middles of so many boxes along each side."""
-
-
-class DisconnectedWarning(UserWarning):
-    """Lattices that were put together fall into several parts, or beams of them end in the air."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +113,9 @@ def assemble(
     union = graphs.merged([piece.skeleton for piece in pieces])
     met = _meeting(union, pieces, regions, _Extent(box, body, graphs.tolerance_of(box)))
     skeleton, bridges = union.skeleton, 0
+    advice = '; bridge="nearest" joins lattices that do not meet'
     if bridge:
+        advice = f"; bridges of up to {longest:.6g} mm do not reach, a greater `reach` may"
         for i, loose in enumerate(met.unmatched):
             others = np.flatnonzero(np.delete(met.member, i, axis=1).any(axis=1))
             found = graphs.bridged(skeleton, loose, others, longest)
@@ -135,7 +133,7 @@ def assemble(
         skeleton,
         label,
         within,
-        advice="" if bridge else '; bridge="nearest" joins lattices that do not meet',
+        advice=advice,
         matched=met.matched,
         unmatched=sum(len(loose) for loose in met.unmatched),
         nodes=met.nodes,
@@ -310,8 +308,8 @@ def cell_map(
         ends at an empty cell or outside the grid does not count as dangling.
 
     Raises:
-        ArgumentTypeError: no topologies or functions of them, cells that are no whole numbers.
-        ArgumentError: numbers of topologies that do not exist, another period, a moved topology, shapes.
+        ArgumentTypeError: not topologies or functions of them, cells that are no whole numbers.
+        ArgumentError: no topologies, numbers of topologies that do not exist, another period, a moved topology, shapes.
         EmptyError: every cell is empty.
 
     Warns:
@@ -323,7 +321,7 @@ def cell_map(
         1 component, 12 nodes matched, 3 unmatched
     """
     size, corner = sizes(cell, "cell"), vector_of(origin, "origin")
-    members = [_of_cell(topology, size, i) for i, topology in enumerate(topologies)]
+    members = _cell_members(topologies, size)
     numbers = _cell_numbers(cells, counts, len(members))
     if not (numbers >= 0).any():
         raise EmptyError("cells: every cell is empty")
@@ -353,6 +351,17 @@ def cell_map(
         nodes=tuple((member & meets[:, None]).sum(axis=0).tolist()),
         gaps=float(np.mean(numbers < 0)),
     )
+
+
+def _cell_members(topologies: Any, size: np.ndarray) -> list[BeamTopology]:
+    if not isinstance(topologies, Iterable):
+        raise ArgumentTypeError(
+            f"topologies: expected a list of topologies or of functions of them, got {topologies!r}"
+        )
+    members = [_of_cell(topology, size, i) for i, topology in enumerate(topologies)]
+    if not members:
+        raise ArgumentError("topologies: expected at least one topology, got none")
+    return members
 
 
 def _of_cell(topology: Any, size: np.ndarray, place: int) -> BeamTopology:

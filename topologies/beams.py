@@ -22,7 +22,6 @@ from frep.skeleton import GraphSkeleton, PeriodicSkeleton
 from frep.thicken import Rectangle
 
 from . import beam_cells
-from .assembly import DisconnectedWarning as DisconnectedWarning
 from .assembly import Transition as Transition
 from .assembly import assemble as assemble
 from .assembly import cell_map as cell_map

@@ -4,6 +4,9 @@ A LatticeQuery script runs with its import line changed:
 
     from topologies.lattice_query import bcc_heterogeneous_lattice
 
+Imports of what LatticeQuery's own functions were built from (`eachpointAdaptive`, `unit_cell`, `transition_unit_cell`), which
+some scripts have and do not use, go.
+
 What comes back is a `frep.Solid`, one part and not a compound of overlapping cells: `result.save("part.stl", voxel=0.2)`.
 The block starts at the origin. Beams and balls on its outer faces are whole, as in LatticeQuery; intersect with a box to cut
 them. Sheets end at the block. `unit_cell_size` may be three numbers.

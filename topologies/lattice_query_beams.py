@@ -316,7 +316,7 @@ def tcubic_heterogeneous_lattice(
     Ny: int,
     Nz: int,
     min_truncation: float,
-    max_truncation: float,
+    max_truncation: float | None = None,
     rule: str = "linear",
     direction: str = "X",
     truncation: str = "linear",
@@ -326,7 +326,8 @@ def tcubic_heterogeneous_lattice(
     """Truncated cubes, truncated by 0 (cubes) to 1 (cuboctahedra), of half the cell (LF-rep 4.4, Fig. 4.7).
 
     Args:
-        min_truncation, max_truncation: at the bottom and at the top of the block.
+        min_truncation, max_truncation: at the bottom and at the top of the block; without the second, as in older scripts, it
+            is the same everywhere.
         direction: "X", "Y" or "Z": along which the diameters change.
         truncation: "linear", along z.
 
@@ -336,7 +337,7 @@ def tcubic_heterogeneous_lattice(
     """
     one_of(truncation, "truncation", ("linear",))
     struts, balls = (min_strut_diameter, max_strut_diameter), (min_node_diameter, max_node_diameter)
-    within = checked_truncations(min_truncation, max_truncation)
+    within = checked_truncations(min_truncation, min_truncation if max_truncation is None else max_truncation)
     made = beams.truncated_cube
     return _truncated(made, unit_cell_size, struts, balls, (Nx, Ny, Nz), within, rule, direction, sample)
 

@@ -58,8 +58,9 @@ def checked_truncations(low: Any, high: Any) -> tuple[float, float]:
 RULES: dict[str, Callable[[Any, float, float, int], Any]] = {
     "linear": lambda t, low, high, n: low + (high - low) * t,
     "sin": lambda t, low, high, n: 0.5 * (low + high) + 0.5 * (high - low) * np.sin(n * t),
-    "parabola": lambda t, low, high, n: low + 4.0 * (high - low) * t * (1.0 - t),
-    "parabola_thesis": lambda t, low, high, n: low + high - 4.0 * high * (t - 0.5) * (t - 0.5),
+    # As squares, whose bounds are exact: those of t (1 - t) reach four times as far.
+    "parabola": lambda t, low, high, n: high - 4.0 * (high - low) * (t - 0.5) ** 2,
+    "parabola_thesis": lambda t, low, high, n: low + high - 4.0 * high * (t - 0.5) ** 2,
 }
 RULES["linear_truncation"] = RULES["linear"]
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from frep import ArgumentError, EmptyError, Field, FieldLike, Solid, foreign
 from frep.arguments import positive, real, width
-from frep.errors import warn
+from frep.errors import DisconnectedWarning, warn
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton
 from frep.solid import Feature
 
@@ -30,11 +30,6 @@ from . import power_diagram
 from . import seeds as seeding
 from .beams import BeamTopology
 from .seeds import Method, RandomState, generator, require_body, whole
-
-
-class LooseEdgesWarning(UserWarning):
-    """Much of a lattice hangs together only through the surface of the body, and was left out."""
-
 
 _LOOSE = 0.25
 """A greater share of the length left out is worth a warning."""
@@ -80,7 +75,7 @@ def voronoi(
         overhang: how far edges may reach out of the body, mm; half a diameter lets `lattice.thicken(d) & body` end
             flat. Not with `periodic`.
         connected: leave out what hangs together only through the body's surface; False for a part with a skin. Where
-            much is left out, as in a body thinner than its cells, there is a `LooseEdgesWarning`.
+            much is left out, as in a body thinner than its cells, there is a `DisconnectedWarning`.
 
     Returns:
         A `BeamTopology`; where edges cross the surface, they end in nodes on it.
@@ -430,7 +425,7 @@ def _largest_piece(nodes: np.ndarray, edges: np.ndarray, size: float) -> tuple[n
             f"{left_out:.0%} of the lattice's length hangs together only through the body's surface and is left out: "
             f"the body is in pieces, or about as thin as its cells of {size:.3g} mm; ask for smaller cells, or for "
             "connected=False and a skin",
-            LooseEdgesWarning,
+            DisconnectedWarning,
         )
     used, kept = np.unique(edges[piece == np.argmax(lengths)], return_inverse=True)
     return nodes[used], kept.reshape(-1, 2)

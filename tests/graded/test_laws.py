@@ -373,6 +373,14 @@ def test_beams_get_nodes_only_where_a_law_bends():
     assert finer[0] < finer[1] < finer[2] < 3 + 64
 
 
+@pytest.mark.parametrize("periods", [2, 4, 8, 16])
+def test_a_law_of_many_periods_a_beam_is_not_overlooked(periods):
+    """A sine with zeros at every even part of the beam."""
+    strut = beams.graph([(0, 0, 0), (16, 0, 0)], [(0, 1)])
+    _, diameters = along_beams(2 + frep.sin(periods * math.pi * X / 8), strut)
+    assert diameters.max() - diameters.min() > 1.5
+
+
 def test_a_law_at_the_foot_makes_cones():
     """A straight law: the tapered beam is the sphere-swept cone, whatever is asked of the tolerance."""
     strut = beams.graph([(0, 0, 0), (20, 0, 0)], [(0, 1)])

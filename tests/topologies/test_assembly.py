@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frep
-from frep import ArgumentError, ArgumentTypeError, EmptyError
+from frep import ArgumentError, ArgumentTypeError, DisconnectedWarning, EmptyError
 from topologies import beams
-from topologies.assembly import DisconnectedWarning, assemble, cell_map
+from topologies.assembly import assemble, cell_map
 
 RNG = np.random.default_rng(6)
 U = 3.75
@@ -128,6 +128,8 @@ def test_lattices_that_miss_are_told_and_bridged(shift, reach):
     assert len(added) == joined.report.bridges > 0
     assert max(math.dist(*beam) for beam in added) <= (reach or 0.5 * U / math.sqrt(2)) + 1e-9
     assert short.report.bridges == 0
+    with pytest.warns(DisconnectedWarning, match="bridges of up to 0.001 mm do not reach"):
+        assemble(parts, over=over, bridge="nearest", reach=1e-3)
 
 
 def test_each_region_has_its_own_lattice():
@@ -223,6 +225,8 @@ BOX = ((0, 0, 0), (10, 10, 10))
         ("topologies", ArgumentError, lambda: cell_map([beams.bcc(5)], [[[0]]], cell=6)),
         ("topologies", ArgumentError, lambda: cell_map([beams.bcc(10).translate((1, 0, 0))], [[[0]]])),
         ("topologies", ArgumentTypeError, lambda: cell_map([beams.bcc(10).over(BOX)], [[[0]]])),
+        ("topologies", ArgumentTypeError, lambda: cell_map(beams.bcc, [[[0]]])),
+        ("topologies", ArgumentError, lambda: cell_map([], [[[0]]])),
         ("cell", ArgumentError, lambda: cell_map([beams.bcc], [[[0]]], cell=0)),
         ("origin", ArgumentError, lambda: cell_map([beams.bcc], [[[0]]], origin=(0, 0))),
     ],

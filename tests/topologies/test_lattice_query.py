@@ -6,6 +6,7 @@ import inspect
 import math
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -54,6 +55,19 @@ def test_laws_keep_to_their_range(low, more, n):
         assert len(layers) == n
         assert low - 1e-9 <= layers.min()
         assert layers.max() <= top + 1e-9
+
+
+@given(n=st.integers(2, 30))
+def test_laws_have_the_bounds_of_their_range(n):
+    """What is said of the thickest wall is true: a wall of 7 mm leaves the channels of 20 mm cells open (lf-rep 3.4)."""
+    for rule in RULES:
+        top = 11.0 if rule == "parabola_thesis" else 7.0
+        low, high = Law(rule, 4.0, 7.0, n, 20.0, 2).field("cell").bounds([-np.inf] * 3, [np.inf] * 3)
+        assert low >= 4.0 - 1e-9
+        assert high <= top + 1e-9
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        schwartz_p_heterogeneous_lattice(20, 0.4, 7, 1, 1, n, rule="parabola")
 
 
 @given(n=st.integers(2, 30))
@@ -380,6 +394,7 @@ low, high = 0.001, 0.999
 result = tcubic_heterogeneous_lattice(10, 0.5, 4, 0.55, 4.4, 10, 10, 10, low, high,
                                       rule = 'linear', direction = 'X', truncation = 'linear')
 """,
+    "truncated cubes of one truncation": "result = tcubic_heterogeneous_lattice(10, 1, 3, 1.1, 3.3, 1, 1, 1, 0.4)",
     "rhombicuboctahedra": """
 cq.Workplane.rco_heterogeneous_lattice = rco_heterogeneous_lattice
 result = rco_heterogeneous_lattice(10, 1, 1, 1.05, 1.05, 10, 1, 10, 0.001, 0.999, 'linear_truncation')

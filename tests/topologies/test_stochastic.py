@@ -446,7 +446,7 @@ def test_bad_input(call, error, text):
 def test_a_body_as_thin_as_its_cells_warns_that_edges_are_left_out():
     """Edges across a plate hang together through its faces alone."""
     plate = frep.box((0, 0, 0), (50, 50, 0.2))
-    with pytest.warns(stochastic.LooseEdgesWarning, match="connected=False"):
+    with pytest.warns(frep.DisconnectedWarning, match="connected=False"):
         lattice = VORONOI(plate, cell_size=5, random_state=1)
     everything = VORONOI(plate, cell_size=5, random_state=1, connected=False)
     assert len(everything.skeleton.edges) > 20 * len(lattice.skeleton.edges)
