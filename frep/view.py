@@ -163,12 +163,13 @@ def _draw(
             for direction, strength in (((-0.5, 0.8, 1.0), 0.80), ((0.9, 0.1, 0.8), 0.42), ((0.0, -0.9, 0.5), 0.18)):
                 plotter.add_light(pv.Light(position=direction, light_type="scene light", intensity=strength))
             plotter.add_mesh(shaded, color=color, ambient=0.2, diffuse=0.95, specular=0.12, specular_power=12)
+            font = max(8, size[1] // 70)
             if title:
-                font = max(8, size[1] // 70)
                 plotter.add_text(title, position=(2 * font, size[1] - 4 * font), font_size=font, color="#2b3640")
             depth = float(upper[2] - lower[2])
-            # A title has a line of its own.
-            lift = 0.07 * half if title else 0.0
+            # A title has a line of its own, and the part all that is below.
+            line = 4.5 * font / size[1] if title else 0.0
+            lift = half * line / (1.0 - line)
             plotter.camera.position = (0.0, lift, depth + half)
             plotter.camera.focal_point = (0.0, lift, 0.0)
             plotter.camera.up = (0.0, 1.0, 0.0)

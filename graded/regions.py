@@ -96,14 +96,13 @@ def regions(
 
     Example:
         >>> import frep
-        >>> low = frep.half_space((0, 0, 1))
-        >>> part = regions(
-        ...     [(frep.sphere((0, 0, 0), 3), low), (frep.box((-2, -2, -5), (2, 2, 5)), ~low)], over=((-5,) * 3, (5,) * 3)
-        ... )
-        >>> print(part.report)
+        >>> from topologies import tpms
+        >>> left, right = frep.half_space((1, 0, 0), (12, 0, 0)), frep.half_space((-1, 0, 0), (12, 0, 0))
+        >>> box = frep.box((0, 0, 0), (24, 8, 8))
+        >>> whole = regions([(tpms.gyroid(8), left), (tpms.schwarz_p(8), right)], over=box)
+        >>> print(whole.report)
         the regions tile the box
-        >>> part.contains([[0, 0, -4], [0, 0, 4]])
-        array([False,  True])
+        >>> part = whole.sheet(0.8) & box
     """
     things, places = pairs(parts, "parts", "region")
     names = [f"parts[{i}]" for i in range(len(things))]

@@ -33,6 +33,7 @@ from frep import (
     where,
 )
 from frep.arguments import box_of, direction, one_of, positive, real, vector
+from frep.evaluate import require_finite
 
 _SIGMOID = 10.0
 """Slope of the sigmoid at its middle, times four, where it goes from 0 to 1 in a length of 1."""
@@ -135,11 +136,21 @@ def transition(
 
     Raises:
         ArgumentError: neither plane nor field, or both; a negative width; an unknown profile; no `over` for beams, or one
-            without end; structures of two kinds.
+            without end; structures of two kinds; a blend without an overlap.
         ArgumentTypeError: what has neither beams, nor a surface, nor a field.
+        FunctionError: a field that is not a number somewhere in `over`.
 
     Example:
         >>> import frep
+        >>> from topologies import tpms
+        >>> box = frep.box((0, 0, 0), (24, 8, 8))
+        >>> both = transition(tpms.gyroid(8), tpms.schwarz_p(8), plane=((12, 0, 0), "x"), width=4, over=box)
+        >>> part = both.sheet(0.8) & box  # the gyroid up to x = 10, Schwarz P from 14 on, walls of 0.8 mm all along
+        >>> part.contains([[4, 4, 4], [22, 2, 2]])
+        array([ True,  True])
+
+        Solids, round whose border one becomes the other:
+
         >>> left, right = frep.sphere((0, 0, 0), 3), frep.box((-9, -2, -2), (9, 2, 2))
         >>> part = transition(left, right, plane=((0, 0, 0), "x"), width=2)
         >>> part.contains([[-2.9, 0, 0], [-2.9, 1.9, 0], [2.9, 1.9, 0]])
@@ -159,8 +170,11 @@ def transition(
         raise ArgumentError(f"how: {how!r} is for Solids; give each its body first (.thicken, .sheet)")
     if bridge is not None and kind != "beams":
         raise ArgumentError(f"bridge: only beam lattices are bridged, got {bridge!r} for {kind_name(kind)}")
+    fillet = as_field(blend, "blend")
+    if how == "morph" and not (fillet.is_constant and fillet.data == 0.0):
+        raise ArgumentError(f'blend: fillets are for how="overlap" of Solids, got {blend!r}')
     if over is not None:
-        box_of(over)
+        _check_border(border, box_of(over))
     if kind == "beams":
         if size > 0.0 and bridge is None:
             raise ArgumentError(
@@ -171,7 +185,7 @@ def transition(
         return assembled(parts, over, bridge)
     if how == "overlap":
         half = 0.5 * size
-        return union(first & Solid(border - half), second & Solid(-border - half), blend=blend)
+        return union(first & Solid(border - half), second & Solid(-border - half), blend=fillet)
     return joined(kind, first, second, border, size, profile, over)
 
 
@@ -226,6 +240,13 @@ def _border(plane: Any, field: FieldLike | None) -> Field:
     return terms[0] + terms[1] + terms[2]
 
 
+def _check_border(border: Field, box: np.ndarray) -> None:
+    """Raise FunctionError where a border is no number: a share made of it would hide that."""
+    axes = [np.linspace(lo, hi, 12) for lo, hi in box.T]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    require_finite(border(points), points, "field: the border between the two")
+
+
 # --- several, round points -------------------------------------------------------------------------------------------
 
 
@@ -244,9 +265,9 @@ def mixture(parts: Sequence[tuple[Any, Any]], *, sharpness: float, over: Any = N
 
     Example:
         >>> import frep
-        >>> ball, box = frep.sphere((0, 0, 0), 3), frep.box((-9, -2, -2), (9, 2, 2))
-        >>> mixture([(ball, (-5, 0, 0)), (box, (5, 0, 0))], sharpness=0.5).contains([[-2.5, 0, 0], [6, 1.9, 0]])
-        array([ True,  True])
+        >>> from topologies import tpms
+        >>> both = mixture([(tpms.gyroid(8), (0, 0, 0)), (tpms.schwarz_p(8), (24, 0, 0))], sharpness=0.02)
+        >>> part = both.sheet(0.8) & frep.box((0, 0, 0), (24, 8, 8))  # the gyroid round (0, 0, 0), P round (24, 0, 0)
     """
     things, places = pairs(parts, "parts", "centre")
     kind = common_kind(things, [f"parts[{i}]" for i in range(len(things))])
@@ -402,8 +423,9 @@ def connection_report(solid: Solid, voxel: float | None = None) -> ConnectionRep
 
     Example:
         >>> import frep
-        >>> balls = frep.sphere((0, 0, 0), 2) | frep.sphere((5, 0, 0), 1)
-        >>> report = connection_report(balls)
+        >>> print(connection_report(frep.box((0, 0, 0), (8, 4, 4)), voxel=0.5))
+        one piece, 128 mm3 (at voxels of 0.5 mm)
+        >>> report = connection_report(frep.sphere((0, 0, 0), 2) | frep.sphere((5, 0, 0), 1))
         >>> report.is_connected, len(report.pieces), round(report.main_share, 2)
         (False, 2, 0.89)
     """

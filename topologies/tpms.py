@@ -349,8 +349,8 @@ def surface(
     """A surface of your own: where `level` of three angles in rad, of period 2 pi in each, is zero. Without drops.
 
     Raises:
-        ArgumentTypeError: a level that cannot be called with Fields.
-        ArgumentError: a level of another period.
+        ArgumentTypeError: a level that cannot be called with three Fields.
+        ArgumentError: a level of another period, one that is the same everywhere, or no number somewhere.
 
     Example:
         >>> import numpy as np
@@ -361,15 +361,25 @@ def surface(
         raise ArgumentTypeError(f"level: expected a function of three angles, got {level!r}")
     if any(name in natural for name in ("drop_x", "drop_y", "drop_z")):
         raise ArgumentError("drop_x, drop_y, drop_z: write them into the level")
-    made = _surface(
-        _fixed(lambda x, y, z: as_field(level(x.angle, y.angle, z.angle), "level")), cell, "surface", natural
-    )
-    probe = np.random.default_rng(0).uniform(0.0, 1.0, (60, 3)) * made.period
-    turned = probe + np.eye(3)[np.arange(60) % 3] * made.period
-    values = made.members[0](probe)
-    if not np.allclose(made.members[0](turned), values, atol=1e-6 * (1.0 + np.abs(values).max())):
+    try:
+        traced = as_field(level(*coordinates()), "level")
+    except TypeError as error:
+        raise ArgumentTypeError(
+            f"level: expected a function of three angles, which can be called with Fields; {error}"
+        ) from error
+    if traced.is_constant:
+        raise ArgumentError(
+            f"level: expected a function that differs from place to place, got {traced.data:g} everywhere"
+        )
+    probe = np.random.default_rng(0).uniform(0.0, 2.0 * math.pi, (60, 3))
+    values, turned = traced(probe), traced(probe + 2.0 * math.pi * np.eye(3)[np.arange(60) % 3])
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        place = ", ".join(f"{angle:.4g}" for angle in probe[bad[0]])
+        raise ArgumentError(f"level: expected finite numbers, got {values[bad[0]]} at the angles ({place})")
+    if not np.allclose(turned, values, atol=1e-6 * (1.0 + np.abs(values).max())):
         raise ArgumentError("level: expected a function of period 2 pi in each of its angles")
-    return made
+    return _surface(_fixed(lambda x, y, z: traced.substitute(x.angle, y.angle, z.angle)), cell, "surface", natural)
 
 
 # --- transitions ---------------------------------------------------------------------------------------------------------

@@ -137,7 +137,7 @@ class PeriodicSurface:
                 "scale: a drop that varies has no distance known beforehand; give the box where it is needed, `over=`, or "
                 'use scale="gradient" or "range"'
             )
-        tables = [periodic_distance(member, self.period) for member in self.members]
+        tables = [periodic_distance(member, self.period, self._nodes) for member in self.members]
         if self.blend is None:
             return tables[0].substitute(*self.place)
         # Hat functions: each member counts up to its neighbours, linearly.
@@ -147,6 +147,15 @@ class PeriodicSurface:
             share = maximum(1.0 - abs(self.blend - knot) / step, 0.0)
             total = total + share * table.substitute(*self.place)
         return total
+
+    @property
+    def _nodes(self) -> tuple[int, int, int]:
+        """Spline nodes of a period: a stretched axis takes up to twice as many as the shortest, no more, for what is
+        stretched bends less. A fold has four lengths of its own."""
+        fold = 4 if self.aperiodic else 1
+        lengths = (self.period[0], self.period[1], self.period[2] / fold)
+        a, b, c = (2 * round(NODES / 2 * min(length / min(lengths), 2.0)) for length in lengths)
+        return a, b, c * fold
 
     @cached_property
     def value(self) -> Field:
@@ -188,7 +197,7 @@ class PeriodicSurface:
             pinch, full = ((s[0] * self.cell[0], s[1] * self.cell[0]) for s in self.shares)
             return Depths(pinch, full)
         if self.scale == "distance":
-            return _depths(periodic_distance(self.members[0], self.period), self.period)
+            return _depths(periodic_distance(self.members[0], self.period, self._nodes), self.period)
         bare = PeriodicSurface(
             self.members[0], self.cell, self.label, self.members, self.period, self.place, self.scale
         )
@@ -222,9 +231,9 @@ class PeriodicSurface:
             share: how much of the other, from 0 to 1 (and limited to it): a number, a Field or a function of position. See
                 `graded.transition` for one that changes across a plane.
             over: a bounded Solid, or two corners in mm: thickness is then true in that box, from distances that are made
-                once, where the share lies between 0 and 1, in about 3 s a million nodes (32 along a cell). Without, it is
-                right to first order between the two surfaces, W / |grad W|; or W as "range" has it, where that is the scale of
-                both.
+                once, where the share lies between 0 and 1, in about a second a million nodes (32 along a cell). Beyond the
+                box, or without one, it is right to first order between the two surfaces, W / |grad W|; or W as "range" has
+                it, where that is the scale of both and there is no box.
             border: for a share that switches: a Field in mm, zero where it does and negative on this surface's side. Bodies
                 then end in exact faces there, where the other one has none.
 
@@ -254,7 +263,8 @@ class PeriodicSurface:
         """The Thin variant: a wall that reaches half of `thickness` mm to both sides, measured along the surface's normal.
 
         Args:
-            thickness: full wall in mm: a number, a Field or a function of position.
+            thickness: full wall in mm: a number, a Field or a function of position. Where a Field asks for more than the
+                cell has room for, the cell is full; where for 0 mm or less, empty.
             bias: mm by which the middle of the wall is moved to the positive side, alike.
 
         Raises:

@@ -137,6 +137,55 @@ def test_spline_in_a_box_is_scipys():
     np.testing.assert_allclose(moved(points + 1), expected, atol=2e-5)
 
 
+def test_two_surfaces_up_to_the_middle_between_them():
+    """Nodes follow the nearer of two sheets, also beside the place where both are equally far."""
+    other = (X - 13.3) ** 2 + Y**2 + Z**2 - 36.0
+    box = ((1.0, -6.0, -6.0), (11.0, 6.0, 6.0))
+    step = 0.4
+    found = distance_over(frep.minimum(BALL, other), box, 3.0, step)
+    axes = [np.arange(lo, hi, step) for lo, hi in zip(*box, strict=True)]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    both = np.stack([np.linalg.norm(nodes, axis=1) - R, np.linalg.norm(nodes - (13.3, 0, 0), axis=1) - 6.0])
+    nearest = np.abs(both).min(axis=0)
+    near = nearest < 3.0
+    # At nodes the spline is what was found there: within a hundredth of a spacing even on the crease.
+    np.testing.assert_allclose(np.abs(found(nodes))[near], nearest[near], atol=0.01 * step)
+
+
+@pytest.mark.parametrize("period", [(1.0, 3.0, 1.0), (2.0, 1.0, 1.5)])
+def test_planes_in_a_flat_period(period):
+    """cos(2 pi x / a) is zero on planes a half period apart: the distance is a triangle wave, at nodes exactly."""
+    field = frep.cos(X * (math.tau / period[0])) + 0.0 * Y
+    distance = periodic_distance(field, period)
+    n = round(redistance.NODES * period[0] / min(period))
+    nodes = np.stack([np.arange(n) * period[0] / n, np.full(n, 0.25 * period[1]), np.full(n, 0.5 * period[2])], 1)
+    folded = np.abs((nodes[:, 0] / period[0] + 0.5) % 1.0 - 0.5)
+    np.testing.assert_allclose(distance(nodes), (np.abs(folded) - 0.25) * -period[0], atol=1e-5 * period[0])
+
+
+def test_a_surface_that_is_more_than_a_quarter_of_the_period_away():
+    """Small bubbles of cos x + cos y + cos z = 5/2, one a period: from the corner of the cell the nearest is on the diagonal."""
+    distance = periodic_distance(frep.cos(X) + frep.cos(Y) + frep.cos(Z) - 2.5, (math.tau,) * 3)
+    pole = math.acos(2.5 / 3.0)
+    corner = np.full((1, 3), math.pi)
+    assert float(np.abs(distance(corner))[0]) == pytest.approx(math.sqrt(3) * (math.pi - pole), rel=0.02)
+    diagonal = np.linspace(0.9, 2.0, 20)[:, None] * np.ones(3)
+    np.testing.assert_allclose(-distance(diagonal), math.sqrt(3) * (diagonal[:, 0] - pole), atol=1e-3)
+
+
+def test_a_field_that_is_no_number():
+    """In the box it is refused, with a place; beyond, where nobody asked, there is no surface."""
+    hole = frep.sqrt(9.5 - X)
+    with pytest.raises(frep.FunctionError, match=r"surface: .*NaN.* at \(") as found:
+        distance_over(BALL + 1e-9 * frep.sqrt(2.0 - X), BOX, 1.0, 0.5)
+    assert found.value.point is not None
+    assert found.value.point[0] > 2.0
+    whole = distance_over(BALL + 1e-9 * hole, BOX, 1.0, 0.5)(POINTS)
+    np.testing.assert_allclose(whole[NEAR], TO_BALL[NEAR], atol=1e-3)
+    with pytest.raises(frep.FunctionError, match="surface"):
+        periodic_distance(frep.cos(X) + frep.sqrt(frep.cos(Y)), (math.tau,) * 3)
+
+
 def test_a_solid_box_and_the_default_spacing():
     found = distance_over(BALL, frep.box(*BOX), 0.5)
     points = POINTS[np.abs(TO_BALL) < 0.5][:300]

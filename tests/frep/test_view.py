@@ -120,14 +120,20 @@ def test_few_large_faces_hide_nothing_wrongly(tmp_path, monkeypatch):
 
 
 def test_size_and_title(tmp_path):
+    """A title has a line of its own: the part, red here, begins below it and is whole."""
     mesh = box((0, 0, 0), (1, 1, 1))
-    plain = picture(mesh, tmp_path / "a.png")
-    titled = picture(mesh, tmp_path / "b.png", title="cube")
+    plain = picture(mesh, tmp_path / "a.png", color="red", occlusion=False)
+    titled = picture(mesh, tmp_path / "b.png", color="red", occlusion=False, title="cube")
     assert plain.shape == titled.shape == (SMALL[1], SMALL[0], 3)
-    rows, columns = np.nonzero((np.abs(plain - titled) > 60).any(axis=2))
+    red = titled[..., 0] - titled[..., 1] > 30
+    ink = (titled.max(axis=2) < 160) & ~red
+    rows, columns = np.nonzero(ink)
     assert len(rows) > 20
-    assert rows.max() < SMALL[1] / 4
     assert columns.max() < SMALL[0] / 2
+    assert not ((plain.max(axis=2) < 160) & (plain[..., 0] - plain[..., 1] <= 30)).any()
+    part = np.nonzero(red)[0]
+    assert rows.max() < part.min()
+    assert part.max() < SMALL[1] - 2
 
 
 @pytest.mark.parametrize(

@@ -176,6 +176,22 @@ def test_ranges_mix_as_ranges():
     np.testing.assert_allclose(mixed.value(POINTS), 0.7 * first.value(POINTS) + 0.3 * second.value(POINTS), atol=1e-9)
 
 
+@pytest.mark.parametrize("width", [0.0, 3.0])
+def test_three_surfaces_by_nesting(width):
+    """Where no zone is, each of the three is as it would be alone: the same sides, and with zones the same numbers."""
+    box = ((0, 0, 0), (30, 8, 8))
+    third = tpms.schwarz_d(cell=U)
+    pair = graded.transition(GYROID, PRIMITIVE, plane=((9, 0, 0), "x"), width=width, over=box)
+    wall = graded.transition(pair, third, plane=((21, 0, 0), "x"), width=width, over=box).sheet(0.8).field
+    points = RNG.uniform(*box, (4000, 3))
+    for alone, low, high in ((GYROID, 0, 9), (PRIMITIVE, 9, 21), (third, 21, 30)):
+        own = points[(points[:, 0] > low + width / 2) & (points[:, 0] < high - width / 2)]
+        expected = alone.sheet(0.8).field(own)
+        np.testing.assert_array_equal(wall(own) < 0, expected < 0)
+        if width:
+            np.testing.assert_allclose(wall(own), expected, atol=1e-12)
+
+
 def test_surfaces_across_a_curved_border():
     border = frep.sqrt((X - 12) ** 2 + (Y - 6) ** 2 + (Z - 6) ** 2) - 5
     both = graded.transition(GYROID, PRIMITIVE, field=border, width=2)
@@ -385,6 +401,9 @@ BAD = [
     ("how", ArgumentError, lambda: graded.transition(S, S, plane=PLANE, how="mix")),
     ("how", ArgumentError, lambda: graded.transition(G, P, plane=PLANE, how="overlap", width=1)),
     ("width", ArgumentError, lambda: graded.transition(S, S, plane=PLANE, how="overlap")),
+    ("blend", ArgumentError, lambda: graded.transition(S, S, plane=PLANE, width=1, blend=0.5)),
+    ("blend", ArgumentError, lambda: graded.transition(G, P, plane=PLANE, width=1, blend=X)),
+    ("field", frep.FunctionError, lambda: graded.transition(G, P, field=frep.sqrt(X - 30), width=2, over=BOX)),
     ("other", ArgumentTypeError, lambda: G.blended(S, 0.5)),
     ("share", ArgumentError, lambda: G.blended(P, 1.5)),
     ("over", frep.UnboundedError, lambda: G.blended(P, 0.5, over=frep.half_space((0, 0, 1)))),

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 import frep
 from frep import ArgumentError, ArgumentTypeError
+from frep.redistance import NODES, periodic_distance
 from topologies import tpms
 from topologies.variants import _depths, percolates
 
@@ -370,6 +371,12 @@ BAD = [
     ("t", ArgumentError, lambda: tpms.primitive_gyroid_diamond(2.1)),
     ("t", ArgumentError, lambda: tpms.primitive_neovius(X)),
     ("level", ArgumentTypeError, lambda: tpms.surface(3)),
+    ("level", ArgumentTypeError, lambda: tpms.surface(lambda x: x)),
+    ("level", ArgumentTypeError, lambda: tpms.surface(lambda x, y, z: None)),
+    ("level", ArgumentError, lambda: tpms.surface(lambda x, y, z: 1.0)),
+    ("level", ArgumentError, lambda: tpms.surface(lambda x, y, z: 0.0 * x)),
+    ("nan", ArgumentError, lambda: tpms.surface(lambda x, y, z: frep.sqrt(np.sin(x) - 2.0))),
+    ("nan", ArgumentError, lambda: tpms.surface(lambda x, y, z: frep.sqrt(np.sin(x)) + np.cos(y))),
     ("thickness", ArgumentError, lambda: tpms.gyroid(U).twin(0)),
     ("thickness", ArgumentError, lambda: tpms.gyroid(U).sheet(frep.clip(X, -2, -1))),
     ("bias", ArgumentError, lambda: tpms.gyroid(U).solid(math.inf)),
@@ -380,3 +387,17 @@ BAD = [
 def test_bad_input_names_the_argument(argument, error, call):
     with pytest.raises(error, match=rf"\b{argument}\b"):
         call()
+
+
+@pytest.mark.parametrize("cell", [(2.0, 6.0, 2.0), (10.0, 3.0, 2.5), (1.0, 1.0, 20.0)])
+def test_stretched_cells_have_true_distances_and_small_tables(cell):
+    """Against the same surface with a denser table: a stretched axis needs no more than twice the nodes of the shortest."""
+    surface = tpms.gyroid(cell=cell)
+    a, b, c = surface._nodes
+    assert a * b * c <= 4 * NODES**3
+    finer = periodic_distance(surface.members[0], surface.period, (a, b + b // 2, c + c // 2))
+    points = np.random.default_rng(0).uniform(0.0, 10.0, (20_000, 3))
+    found, wanted = surface.distance(points), finer(points)
+    near = np.abs(wanted) < 0.1 * min(cell)
+    assert near.sum() > 1000
+    assert np.quantile(np.abs(found - wanted)[near], 0.99) < 1e-3 * min(cell)
