@@ -344,7 +344,8 @@ class Program:
         step = 1024 if tape.externals else max(len(blocks), 1)
         least = np.empty(out.shape[:2], np.float32)
         for start in range(0, len(blocks), step):
-            part = blocks[start : start + step]
+            # One layout: of another numba would make another type, and compile again.
+            part = np.ascontiguousarray(blocks[start : start + step])
             external = np.empty((len(tape.externals), len(part), BLOCK), np.float32)
             if tape.externals:
                 points = block_points(part, axes)

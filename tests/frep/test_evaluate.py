@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import frep
 from frep import Field, FunctionError, coordinates
-from frep.evaluate import Program, block_points, bounds_over, program, values_at
+from frep.evaluate import Program, _blocks, block_points, bounds_over, program, values_at
 from frep.field import as_field, constant, topological
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -406,3 +406,23 @@ def test_any_number_of_boxes(n):
     low, high = (x + 2 * y).bounds(lo, lo + 1)
     assert np.allclose(low, lo[:, 0] + 2 * lo[:, 1], rtol=1e-14, atol=1e-14)
     assert np.allclose(high, lo[:, 0] + 2 * lo[:, 1] + 3, rtol=1e-14, atol=1e-14)
+
+
+def test_blocks_of_any_memory_layout_run_on_one_compiled_kernel():
+    """Numba makes a type of each layout, and compiles for seconds; the values are the same."""
+    x, y, z = coordinates()
+    whole = program(x + 2 * y - z)
+    axes = tuple(0.1 * np.arange(32) for _ in range(3))
+    blocks = np.argwhere(np.ones((4, 4, 4), bool)).astype(np.int32)
+    found = []
+    for layout in (
+        np.ascontiguousarray(blocks),
+        np.asfortranarray(blocks),
+        np.asfortranarray(np.repeat(blocks, 2, 0))[::2],
+    ):
+        out = np.empty((1, len(blocks), 512), np.float32)
+        whole.on_blocks(layout, axes, out)
+        found.append(out)
+    assert np.array_equal(found[0], found[1])
+    assert np.array_equal(found[0], found[2])
+    assert len(_blocks.signatures) == 1
