@@ -291,7 +291,7 @@ def _without_unused(nodes: np.ndarray, edges: np.ndarray) -> tuple[GraphSkeleton
 # --- in a solid -------------------------------------------------------------------------------------------------------
 
 
-def trimmed(skeleton: GraphSkeleton, solid: Solid, *, step: float | None = None) -> Trimmed:
+def trimmed(skeleton: GraphSkeleton, solid: Solid, *, step: float | None = None, overhang: float = 0.0) -> Trimmed:
     """The parts of beams in a solid, cut where they cross its surface (lf-rep 9: clip, do not drop).
 
     Beams in the surface stay, and ends on it are no cuts. A beam may come and go many times; that it does is seen where
@@ -301,6 +301,7 @@ def trimmed(skeleton: GraphSkeleton, solid: Solid, *, step: float | None = None)
         skeleton: an explicit graph.
         solid: any Solid, bounded or not; only the sign of its field counts.
         step: how far apart beams are looked at, mm. None for a sixteenth of each beam.
+        overhang: how far beams may reach out of the solid, mm as its field has them.
 
     Raises:
         ArgumentError: a step that is not positive.
@@ -308,9 +309,10 @@ def trimmed(skeleton: GraphSkeleton, solid: Solid, *, step: float | None = None)
     """
     spacing = None if step is None else positive(step, "step")
     nodes, edges = skeleton.nodes, skeleton.edges
-    same = tolerance_of(nodes)
     a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
-    t0, t1, owner = _inside(a, b, solid, same, spacing)
+    # Nodes may lie very far off, such as the vertices of a Voronoi diagram: a bounded solid sets the scale.
+    same = tolerance_of(solid.bounds if solid.is_bounded else nodes)
+    t0, t1, owner = stretches(a, b, solid, same, spacing, overhang)
     length = np.linalg.norm(b - a, axis=1)[owner]
     sliver = np.minimum(_SLIVER / _SAME * same / length, 0.5)
     long_enough = t1 - t0 > sliver
@@ -335,12 +337,16 @@ def trimmed(skeleton: GraphSkeleton, solid: Solid, *, step: float | None = None)
     return Trimmed(left, np.flatnonzero(source < 0), source, owner[kept])
 
 
-def _inside(
-    a: np.ndarray, b: np.ndarray, solid: Solid, same: float, step: float | None
+def stretches(
+    a: np.ndarray, b: np.ndarray, solid: Solid, same: float, step: float | None, overhang: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The parts of segments in a solid: the shares at which they start and stop, and whose part each is."""
+    """The parts of segments (n, 3) to (n, 3) in a solid: the shares at which they start and stop, and whose part each is.
+
+    `same`: how near to its surface is on it, mm; `step` and `overhang` as for `trimmed`.
+    """
     outward = np.array([[-1.0], [1.0]])
-    enter, leave = _within(a, b, solid.bounds + 2.0 * same * outward)
+    enter, leave = _within(a, b, solid.bounds + (overhang + 2.0 * same) * outward)
+    field = solid.field - overhang
     met = np.flatnonzero(leave > enter)
     length = np.linalg.norm(b - a, axis=1)[met] * (leave - enter)[met]
     count = np.full(len(met), _STEPS) if step is None else np.maximum(np.ceil(length / step), 2).astype(np.int64)
@@ -350,7 +356,7 @@ def _inside(
     for rows in np.split(np.arange(len(met)), np.unique(breaks)):
         if len(rows):
             some = met[rows]
-            parts = _runs(a[some], b[some], enter[some], leave[some], count[rows], solid.field, same)
+            parts = _runs(a[some], b[some], enter[some], leave[some], count[rows], field, same)
             parts[:, 2] = some[parts[:, 2].astype(np.int64)]
             found.append(parts)
     t0, t1, owner = np.concatenate(found).T

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from frep import ArgumentError, EmptyError, Field, FieldLike, Solid, foreign
+from frep import ArgumentError, EmptyError, Field, FieldLike, Solid, foreign, graphs
 from frep.arguments import positive, real, width
 from frep.errors import DisconnectedWarning, warn
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton
@@ -118,10 +118,8 @@ def voronoi(
     if periodic:
         return _repeated(points, body, "voronoi", heights)
     vertices, edges = power_diagram.voronoi_edges(points, body.bounds, heights)
-    nodes, beams = _clipped(vertices, edges, body, reach, size / _STEPS)
-    if connected:
-        nodes, beams = _largest_piece(nodes, beams, size)
-    return BeamTopology(GraphSkeleton(nodes, beams), "voronoi")
+    graph = _clipped(vertices, edges, body, reach, size / _STEPS)
+    return BeamTopology(_largest_piece(graph, size) if connected else graph, "voronoi")
 
 
 def delaunay(
@@ -153,8 +151,7 @@ def delaunay(
     _require_volume(points)
     side = float((np.prod(np.ptp(body.bounds, axis=0)) / len(points)) ** (1 / 3))
     pairs = power_diagram.delaunay_edges(points, np.arange(len(points)), side)
-    nodes, beams = _clipped(points, pairs, body, reach, size / _STEPS)
-    return BeamTopology(GraphSkeleton(nodes, beams), "delaunay")
+    return BeamTopology(_clipped(points, pairs, body, reach, size / _STEPS), "delaunay")
 
 
 def voronoi_walls(
@@ -273,10 +270,13 @@ def fibres(
     while hits < wanted:
         count = max(64, 2 * (wanted - hits))
         ends = _random_fibres(count, centre, radius, long, directions, spread, random)
-        start, stop, owner = _inside(ends[:, 0], ends[:, 1], body, reach, step)
-        met = np.unique(owner)[: wanted - hits]
-        chosen = np.isin(owner, met)
-        pieces.append(np.stack([start[chosen], stop[chosen]], axis=1))
+        a, along = ends[:, 0], ends[:, 1] - ends[:, 0]
+        start, stop, owner = graphs.stretches(a, ends[:, 1], body, graphs.tolerance_of(body.bounds), step, reach)
+        lasting = (stop - start) * np.linalg.norm(along, axis=1)[owner] > 1e-6 * step
+        met = np.unique(owner[lasting])[: wanted - hits]
+        chosen = lasting & np.isin(owner, met)
+        shares = np.stack([start, stop], axis=1)[chosen]
+        pieces.append(a[owner[chosen], None] + shares[..., None] * along[owner[chosen], None])
         hits, tried = hits + len(met), tried + count
         if tried > 100_000 and hits < 1e-4 * tried:
             raise EmptyError(f"body: {hits} of {tried:,} random fibres meet it; is it empty?")
@@ -341,84 +341,18 @@ def _faces(points: np.ndarray, body: Solid, periodic: bool, heights: np.ndarray 
 # --- clipping ---------------------------------------------------------------------------------------------------------
 
 
-def _clipped(nodes, edges, body: Solid, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """The parts of edges in the body, with nodes where they cross its surface, and the nodes that are left."""
-    a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
-    start, stop, owner = _inside(a, b, body, reach, step)
-    if not len(owner):
-        raise EmptyError("body: no edge of the lattice lies in it; ask for smaller cells")
-    # Ends that are not cut keep their node; others get one of their own.
-    ends = np.stack([start, stop], axis=1)
-    own = np.stack([(start == a[owner]).all(axis=1), (stop == b[owner]).all(axis=1)], axis=1)
-    fresh = len(nodes) + np.cumsum(~own.ravel()).reshape(own.shape) - 1
-    beams = np.where(own, edges[owner], fresh)
-    everything = np.concatenate([nodes, ends[~own]])
-    used, beams = np.unique(beams, return_inverse=True)
-    return everything[used], beams.reshape(-1, 2)
+def _clipped(nodes: np.ndarray, edges: np.ndarray, body: Solid, overhang: float, step: float) -> GraphSkeleton:
+    """The parts of edges in the body, with nodes where they cross its surface."""
+    try:
+        return graphs.trimmed(GraphSkeleton(nodes, edges), body, step=step, overhang=overhang).skeleton
+    except EmptyError:
+        raise EmptyError("body: no edge of the lattice lies in it; ask for smaller cells") from None
 
 
-def _in_box(a, b, lo, hi) -> tuple[np.ndarray, np.ndarray]:
-    """Between which shares of their lengths segments lie in a box; those that miss it begin after they end."""
-    along = b - a
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = np.stack([(lo - a) / along, (hi - a) / along])
-    # Parallel to a pair of faces: between them all along, or nowhere.
-    level, between = along == 0.0, (a >= lo) & (a <= hi)
-    enter = np.where(level, np.where(between, -np.inf, np.inf), at.min(axis=0)).max(axis=1)
-    leave = np.where(level, np.where(between, np.inf, -np.inf), at.max(axis=0)).min(axis=1)
-    return np.maximum(enter, 0.0), np.minimum(leave, 1.0)
-
-
-def _inside(a, b, body: Solid, reach: float, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The parts of segments where the body's field is at most `reach`: their starts, stops, and whose part each is."""
-    # Vertices may lie very far off: nothing is looked at beyond the body's bounds.
-    enter, leave = _in_box(a, b, body.bounds[0] - reach, body.bounds[1] + reach)
-    length = np.linalg.norm(b - a, axis=1) * (leave - enter)
-    met = np.flatnonzero(length > 1e-6 * step)
-    count = np.maximum(np.ceil(length[met] / step), 2).astype(np.int64)
-    local = np.repeat(np.arange(len(met)), count + 1)
-    first = np.cumsum(count + 1) - (count + 1)
-    part = (np.arange(len(local)) - first[local]) / count[local]
-    owner = met[local]
-    # In this form the ends are met exactly.
-    share = enter[owner] * (1.0 - part) + leave[owner] * part
-    is_in = body.field(a[owner] + share[:, None] * (b - a)[owner]) <= reach
-    same = owner[1:] == owner[:-1]
-    opens = np.flatnonzero(same & ~is_in[:-1] & is_in[1:])
-    closes = np.flatnonzero(same & is_in[:-1] & ~is_in[1:])
-    firsts = np.flatnonzero(np.r_[True, ~same] & is_in) if len(owner) else opens
-    lasts = np.flatnonzero(np.r_[~same, True] & is_in) if len(owner) else closes
-    begun = _crossings(a, b, owner[opens], share[opens], share[opens + 1], body.field, reach)
-    ended = _crossings(a, b, owner[closes], share[closes + 1], share[closes], body.field, reach)
-    t0, t1 = np.concatenate([share[firsts], begun]), np.concatenate([share[lasts], ended])
-    # Parts of a segment do not overlap: its starts and its stops, each in order, belong together.
-    by_start = np.lexsort((t0, np.concatenate([owner[firsts], owner[opens]])))
-    by_stop = np.lexsort((t1, np.concatenate([owner[lasts], owner[closes]])))
-    t0, t1, whose = t0[by_start], t1[by_stop], np.concatenate([owner[firsts], owner[opens]])[by_start]
-    long_enough = (t1 - t0) * np.linalg.norm(b - a, axis=1)[whose] > 1e-6 * step
-    t0, t1, whose = t0[long_enough, None], t1[long_enough, None], whose[long_enough]
-    # An end that is not cut is the very node.
-    start = np.where(t0 == 0.0, a[whose], a[whose] + t0 * (b - a)[whose])
-    stop = np.where(t1 == 1.0, b[whose], a[whose] + t1 * (b - a)[whose])
-    return start, stop, whose
-
-
-def _crossings(a, b, owner, outside, inside, field: Field, reach: float) -> np.ndarray:
-    """Where between a share outside and one inside each segment crosses the surface: the inner end of a halved one."""
-    for _ in range(40):
-        middle = 0.5 * (outside + inside)
-        is_in = field(a[owner] + middle[:, None] * (b - a)[owner]) <= reach
-        inside, outside = np.where(is_in, middle, inside), np.where(is_in, outside, middle)
-    return inside
-
-
-def _largest_piece(nodes: np.ndarray, edges: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+def _largest_piece(graph: GraphSkeleton, size: float) -> GraphSkeleton:
     """The connected piece of the graph with the greatest length; `size` of its cells is for the warning."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    links = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(nodes),) * 2)
-    piece = connected_components(links, directed=False)[1][edges[:, 0]]
+    nodes, edges = graph.nodes, graph.edges
+    piece = graphs.connectivity(graph).component[edges[:, 0]]
     lengths = np.bincount(piece, np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1))
     if (left_out := 1.0 - lengths.max() / lengths.sum()) > _LOOSE:
         warn(
@@ -428,4 +362,4 @@ def _largest_piece(nodes: np.ndarray, edges: np.ndarray, size: float) -> tuple[n
             DisconnectedWarning,
         )
     used, kept = np.unique(edges[piece == np.argmax(lengths)], return_inverse=True)
-    return nodes[used], kept.reshape(-1, 2)
+    return GraphSkeleton(nodes[used], kept.reshape(-1, 2))
