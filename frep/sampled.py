@@ -7,7 +7,6 @@ refined eightfold by a block of 9 x 9 x 9 nodes. A min/max pyramid over the cell
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from .errors import ArgumentError
 from .field import Field, clip, constant, coordinates, leaf_field
-from .packing import Packer
+from .packing import Packer, digest
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +63,9 @@ class SampledGrid:
 
     @cached_property
     def content_key(self) -> bytes:
-        h = hashlib.blake2b(b"grid", digest_size=16)
-        for part in (self.origin, self.spacing, self.nodes, self.table, self.blocks):
-            if part is not None:
-                h.update(np.ascontiguousarray(part).tobytes())
-        h.update(bytes((self.periodic,)))
-        return h.digest()
+        table = () if self.table is None else (self.table,)
+        kind = b"periodic grid" if self.periodic else b"grid"
+        return digest(kind, self.origin, self.spacing, self.nodes, self.blocks, *table)
 
     def field(self) -> Field:
         """The interpolated values as a Field."""
@@ -117,11 +113,7 @@ class PeriodicSpline:
 
     @cached_property
     def content_key(self) -> bytes:
-        h = hashlib.blake2b(b"spline", digest_size=16)
-        h.update(np.ascontiguousarray(self.period).tobytes())
-        h.update(str(self.values.shape).encode())
-        h.update(np.ascontiguousarray(self.values).tobytes())
-        return h.digest()
+        return digest(b"spline", self.period, self.values)
 
     def field(self) -> Field:
         """The interpolated values as a Field."""
@@ -174,11 +166,7 @@ class BoxSpline:
 
     @cached_property
     def content_key(self) -> bytes:
-        h = hashlib.blake2b(b"box spline", digest_size=16)
-        h.update(np.ascontiguousarray(self.spacing).tobytes())
-        h.update(str(self.values.shape).encode())
-        h.update(np.ascontiguousarray(self.values).tobytes())
-        return h.digest()
+        return digest(b"box spline", self.spacing, self.values)
 
     def field(self) -> Field:
         """The interpolated values as a Field."""

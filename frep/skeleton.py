@@ -19,7 +19,7 @@ import numpy as np
 from .beam_kernels import CAPACITY, CONE, GRAPH, HEAD, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
 from .errors import ArgumentError, TooLargeError
 from .field import Field, constant, leaf_field
-from .packing import Packer
+from .packing import Packer, digest
 
 Section = Literal["circle", "cone", "square"]
 Source = tuple[int, np.ndarray, list[int]]
@@ -151,15 +151,6 @@ def indexed(packer: Packer, rows: np.ndarray) -> Source:
     data = packer.floats([*origin, spacing, rows[:, 6:8].max(initial=0.0)])
     index = packer.ints(np.concatenate([starts, entries]))
     return GRAPH, rows, [data, index, *(int(n) for n in shape)]
-
-
-def digest(kind: bytes, *arrays: np.ndarray) -> bytes:
-    """A key of arrays: equal where they are."""
-    h = hashlib.blake2b(kind, digest_size=16)
-    for a in arrays:
-        h.update(str(a.shape).encode())
-        h.update(np.ascontiguousarray(a).tobytes())
-    return h.digest()
 
 
 def _segment_lists(lo, hi, origin, spacing, shape) -> tuple[np.ndarray, np.ndarray]:

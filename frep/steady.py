@@ -16,9 +16,9 @@ import numpy as np
 from . import steady_kernels as kernels
 from .beam_kernels import H_INDEX, H_SOURCE_DATA, SEGMENT, STEADY
 from .errors import TooLargeError
-from .packing import Packer
+from .packing import Packer, digest
 from .similarity import Similarity
-from .skeleton import Skeleton, Source, digest, indexed
+from .skeleton import Skeleton, Source, indexed
 
 _ENUMERATED = 200_000
 """Nodes up to which bounds are found by looking at each."""

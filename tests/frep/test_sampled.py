@@ -178,3 +178,14 @@ def test_equal_data_is_one_field_and_pickles():
 def test_bad_data_is_refused(argument, changes):
     with pytest.raises(ArgumentError, match=argument):
         plain(**changes)
+
+
+def test_grids_of_equal_bytes_and_other_shapes_are_other_fields():
+    """Fields of equal content are one; the shape is content too."""
+    numbers = np.arange(32, dtype=np.float32)
+    one, other = (
+        SampledGrid(np.zeros(3), np.ones(3), numbers.reshape(shape)).field() for shape in ((2, 4, 4), (4, 4, 2))
+    )
+    assert one != other
+    assert one([[0, 3, 1]])[0] == 13
+    assert other([[0, 3, 1]])[0] == 7
