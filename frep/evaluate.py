@@ -327,7 +327,7 @@ class Program:
         Args:
             blocks: (n, 3) int32 block coordinates.
             axes: float64 coordinates of the samples along each axis, eight times the blocks of that axis.
-            out: (k, n, 512) float32, filled.
+            out: (k, n, 512), filled; values are float32 (and copied where `out` is not, or is not contiguous).
 
         Far from the origin, or at voxels tiny beside the part, float32 coordinates would be too coarse; the samples are then
         evaluated as points, in float64, several times slower.
@@ -344,8 +344,11 @@ class Program:
         step = 1024 if tape.externals else max(len(blocks), 1)
         least = np.empty(out.shape[:2], np.float32)
         for start in range(0, len(blocks), step):
-            # One layout: of another numba would make another type, and compile again.
-            part = np.ascontiguousarray(blocks[start : start + step])
+            # One layout and one type: for another numba would compile again.
+            part = _writable(np.asarray(blocks[start : start + step], np.int32))
+            room, lowest = out[:, start : start + step], np.empty((len(out), len(part)), np.float32)
+            fits = room.dtype == np.float32 and room.flags.c_contiguous
+            values = room if fits else np.empty(room.shape, np.float32)
             external = np.empty((len(tape.externals), len(part), BLOCK), np.float32)
             if tape.externals:
                 points = block_points(part, axes)
@@ -353,9 +356,11 @@ class Program:
                     external[i] = node.data.call(_arguments(node, points)).reshape(len(part), BLOCK)
             _blocks(
                 tape.code, tape.n_registers, constants, tape.outputs, *tables, part, external,
-                data.heads, data.fdata, data.idata, data.gdata, data.cutoffs, out[:, start : start + step],
-                least[:, start : start + step],
+                data.heads, data.fdata, data.idata, data.gdata, data.cutoffs, values, lowest,
             )  # fmt: skip
+            least[:, start : start + step] = lowest
+            if not fits:
+                room[:] = values
         return least
 
 

@@ -411,18 +411,26 @@ def test_any_number_of_boxes(n):
 def test_blocks_of_any_memory_layout_run_on_one_compiled_kernel():
     """Numba makes a type of each layout, and compiles for seconds; the values are the same."""
     x, y, z = coordinates()
-    whole = program(x + 2 * y - z)
-    axes = tuple(0.1 * np.arange(32) for _ in range(3))
-    blocks = np.argwhere(np.ones((4, 4, 4), bool)).astype(np.int32)
-    found = []
-    for layout in (
-        np.ascontiguousarray(blocks),
-        np.asfortranarray(blocks),
-        np.asfortranarray(np.repeat(blocks, 2, 0))[::2],
+    # Two outputs, and a user's function: it runs in parts, and parts of two outputs are not contiguous.
+    whole = program(x + 2 * y - z, frep.foreign(lambda x, y, z: x * y))
+    axes = tuple(0.1 * np.arange(128) for _ in range(3))
+    blocks = np.argwhere(np.ones((16, 16, 6), bool)).astype(np.int32)
+    first = np.empty((2, len(blocks), 512), np.float32)
+    whole.on_blocks(blocks, axes, first)
+    compiled = len(_blocks.signatures)
+    unwritable = blocks.copy()
+    unwritable.flags.writeable = False
+    for layout, out in (
+        (np.asfortranarray(blocks), np.empty_like(first)),
+        (np.repeat(blocks, 2, 0)[::2], np.empty_like(first)),
+        (np.asfortranarray(np.repeat(blocks, 2, 0))[::2], np.empty_like(first)),
+        (unwritable, np.empty_like(first)),
+        (blocks.astype(np.int64), np.empty_like(first)),
+        (blocks, np.empty(first.shape, np.float64)),
+        (blocks, np.asfortranarray(first)),
+        (blocks, np.empty((len(blocks), 2, 512), np.float32).swapaxes(0, 1)),
     ):
-        out = np.empty((1, len(blocks), 512), np.float32)
+        out[:] = np.nan
         whole.on_blocks(layout, axes, out)
-        found.append(out)
-    assert np.array_equal(found[0], found[1])
-    assert np.array_equal(found[0], found[2])
-    assert len(_blocks.signatures) == 1
+        assert np.array_equal(out, first)
+    assert len(_blocks.signatures) == compiled
