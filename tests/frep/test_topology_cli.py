@@ -59,6 +59,8 @@ def site(tmp_path, monkeypatch):
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(f"[{GROUP}]\nmine = topology_cli_mine:ENTRIES\n")
     monkeypatch.syspath_prepend(packages)
+    # Another test's module of this name may be loaded still.
+    monkeypatch.delitem(sys.modules, "topology_cli_mine", raising=False)
     importlib.invalidate_caches()
     monkeypatch.chdir(work)
     return work
@@ -120,7 +122,6 @@ def test_text_of_another_package_is_no_markup(site, capsys):
     module = site.parent / "packages" / "topology_cli_mine.py"
     entry = 'Entry("odd_for_tests", "[red]odd", "Odd.", Bare, source="[bold]x[/nonsense] <b>")'
     module.write_text(textwrap.dedent(MINE) + f"ENTRIES = [{entry}]\n")
-    sys.modules.pop("topology_cli_mine", None)
     assert main(["topologies", "--family", "[red]odd"]) == 0
     told = capsys.readouterr().out
     assert "[bold]x[/nonsense] <b>" in told
@@ -140,7 +141,6 @@ BROKEN = """
 def test_an_entry_that_fails_does_not_take_the_others_along(site, capsys):
     module = site.parent / "packages" / "topology_cli_mine.py"
     module.write_text(textwrap.dedent(MINE) + textwrap.dedent(BROKEN))
-    sys.modules.pop("topology_cli_mine", None)
     for more in ([], ["--json"], ["--page", "a.html"]):
         assert main(["topologies", "--family", "tests", *more]) == 0
         told = capsys.readouterr()
