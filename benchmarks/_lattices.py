@@ -55,7 +55,7 @@ def warped(n: int = 100) -> SteadySkeleton:
 
 # --- random lattices -----------------------------------------------------------------------------------------------------
 
-KINDS = ("regular", "oblique", "tube", "horn", "screws", "swirls", "turns", "nearly", "mixed")
+KINDS = ("regular", "oblique", "tube", "horn", "screws", "swirls", "turns", "nearly", "parallel", "mixed")
 
 
 def random_lattice(rng: np.random.Generator, kind: str) -> SteadySkeleton:
@@ -122,6 +122,19 @@ def _steps(rng: np.random.Generator, kind: str) -> list[Similarity]:
     if kind == "horn":
         steps = [Screw(rng.uniform(-1, 1), axis), Swirl(math.exp(rng.uniform(-0.3, 0.3)))]
         return [any_screw(), *rng.permutation(np.array(steps, object))]
+    if kind == "parallel":
+        # Translations along one line, exactly or nearly, and what turns about it or lies in a plane with it.
+        slant = rng.choice([0.0, 10.0 ** rng.uniform(-17, -5)])
+        last = [
+            Screw(rng.uniform(-9, 9), axis, (0, 0, 0), rng.normal()),
+            Translation(rng.normal() * axis + rng.normal() * across),
+        ]
+        steps = [
+            Translation(rng.normal() * axis),
+            Translation(rng.normal() * axis + slant * across),
+            last[rng.integers(2)],
+        ]
+        return [*rng.permutation(np.array(steps, object))]
     if kind == "turns":
         scale = rng.choice([1.0, math.exp(rng.uniform(-0.05, 0.05))])
         turn = rng.uniform(0.3, 4.0) * rng.choice([-1, 1])

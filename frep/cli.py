@@ -251,7 +251,7 @@ def lattice(
     Parameters
     ----------
     program
-        A Python script that defines `lattice`.
+        A Python script that defines `lattice`; or a lattice that export wrote (.json, .txt).
     action
         info: its counts, measures and parameters. beams: both balls of each beam, as text. mesh: print-ready triangles.
         render: a picture of the beams of a region in the outline of the whole. export: the model (.json), all balls and

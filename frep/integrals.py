@@ -122,8 +122,8 @@ def clean_report(skeleton: SteadySkeleton) -> CleanReport:
 
     Two things are looked at. At a node, the seams between half-beams must end before the beams are cut half-way: one hub of
     each family where hubs are similar, otherwise those of 9 x 9 indices (i, j) spread over each family, or all of fewer.
-    Beams that share no node must keep apart: those of the first, middle and last clusters along each direction against all
-    beams near them.
+    Beams that share no node must keep apart: those of the first, middle and last clusters along each direction, of more where
+    directions do not commute, and all of a small lattice, against all beams near them.
 
     Raises:
         ArgumentError: one ball holds the ball at the other end of its beam.
@@ -532,22 +532,29 @@ class _Sums:
         return self.closed + sum((p.total for p in self.patches), np.zeros(11))
 
     def result(self) -> LatticeIntegrals:
-        total = self.total
-        area, volume = float(total[0]), float(total[1])
-        moment = moment_matrices(total[None, 1:])[0]
-        center = moment[:3, 3] / volume
-        second = moment[:3, :3] - volume * np.outer(center, center)
-        spherical = float(np.trace(second))
-        return LatticeIntegrals(
-            volume=volume,
-            area=area,
-            centroid=self.origin + center,
-            inertia=spherical * np.eye(3) - second,
-            spherical_inertia=spherical,
-            n_hubs=len(self.nodes) * math.prod(int(n) for n in self.skeleton.counts),
-            hubs_evaluated=self.evaluated,
-            error=self.error,
-        )
+        n = len(self.nodes) * math.prod(int(c) for c in self.skeleton.counts)
+        moment = moment_matrices(self.total[None, 1:])[0]
+        return of_moments(float(self.total[0]), moment, self.origin, n, self.evaluated, self.error)
+
+
+def of_moments(
+    area: float, moment: np.ndarray, origin: np.ndarray, n_hubs: int, evaluated: int, error: float = 0.0
+) -> LatticeIntegrals:
+    """The integral properties that follow from an area and the (4, 4) integral of [x; 1] [x; 1]^T, x from `origin`."""
+    volume = float(moment[3, 3])
+    center = moment[:3, 3] / volume
+    second = moment[:3, :3] - volume * np.outer(center, center)
+    spherical = float(np.trace(second))
+    return LatticeIntegrals(
+        volume=volume,
+        area=area,
+        centroid=origin + center,
+        inertia=spherical * np.eye(3) - second,
+        spherical_inertia=spherical,
+        n_hubs=n_hubs,
+        hubs_evaluated=evaluated,
+        error=error,
+    )
 
 
 def _numbers(similarities: tuple[Similarity, ...]) -> np.ndarray:

@@ -2,6 +2,12 @@
 
 A *lattice program* is a design file that defines `lattice`. The lattice may have more beams than any memory holds; what is asked
 for is evaluated, no more. Any object will do that has what `Lattice` lists: the kernel knows no topology by name.
+
+A file that holds a lattice will do as well. A package announces what it reads in the entry-point group `frep.lattices`: under
+each suffix a function that takes a path and gives a lattice,
+
+    [project.entry-points."frep.lattices"]
+    json = "my_package.files:read_json"
 """
 
 from __future__ import annotations
@@ -20,7 +26,11 @@ from frep.errors import ArgumentError, ArgumentTypeError, FileError, TooLargeErr
 
 if TYPE_CHECKING:
     from frep.mesh import Mesh
+    from frep.parameter import Parameter
     from frep.solid import Solid
+
+GROUP = "frep.lattices"
+"""The entry-point group of functions that read lattices, by suffix."""
 
 Action = Literal["info", "beams", "mesh", "render", "export"]
 
@@ -138,7 +148,7 @@ def run_lattice(program: Path, action: Action, options: Options, replaced: dict[
     """Do what `frep lattice` says.
 
     Args:
-        program: the script; it defines `lattice`.
+        program: the script; it defines `lattice`. Or a file that holds a lattice, of a suffix that a package reads.
         action: one of `info`, `beams`, `mesh`, `render`, `export`.
         options: region, files and the like.
         replaced: new values of the program's parameters, as text.
@@ -160,10 +170,13 @@ def run_lattice(program: Path, action: Action, options: Options, replaced: dict[
     box = None if options.box is None else _triples(options.box, "box", "x0,y0,z0:x1,y1,z1", float)
     output = _checked_output(program, action, options.output)
 
-    names = _run(program, replaced)
+    held = _held(program, replaced)
+    names = held or _run(program, replaced)
     whole = _lattice_of(program, names, action)
     if action == "info":
-        _info(program, names, whole, replaced)
+        from frep.design import declared_parameters
+
+        _info(program, names, whole, [] if held else declared_parameters(program), replaced)
         return
     region = whole if roi is None else _region(whole, roi)
     if action == "beams":
@@ -225,6 +238,28 @@ def _run(program: Path, replaced: dict[str, str]) -> dict[str, Any]:
         return run_script(program, replaced)
 
 
+def _held(program: Path, replaced: dict[str, str]) -> dict[str, Any] | None:
+    """What a file that holds a lattice defines, under the names of a script; None for a script."""
+    from importlib.metadata import entry_points
+
+    from frep.progress import progress
+
+    suffix = program.suffix.lower()
+    points = list(entry_points(group=GROUP, name=suffix.lstrip("."))) if suffix not in ("", ".py") else []
+    if not points:
+        if suffix in EXPORTED and suffix != ".py":
+            raise FileError(
+                f"program: no installed package reads lattices from {suffix} files (entry points {GROUP!r}), for {str(program)!r}"
+            )
+        return None
+    if replaced:
+        raise ArgumentError(
+            f"param: {program} holds a lattice, not a program, and declares no parameters; got {', '.join(replaced)}"
+        )
+    with progress("reading"):
+        return {"lattice": points[0].load()(program)}
+
+
 def _lattice_of(program: Path, names: dict[str, Any], action: Action) -> Lattice:
     if "lattice" not in names:
         raise ArgumentError(
@@ -261,8 +296,9 @@ def _few_enough(lattice: Lattice, everything: bool, what: str) -> None:
 # What is done
 
 
-def _info(program: Path, names: dict[str, Any], lattice: Lattice, replaced: dict[str, str]) -> None:
-    from frep.design import declared_parameters
+def _info(
+    program: Path, names: dict[str, Any], lattice: Lattice, declared: list[Parameter], replaced: dict[str, str]
+) -> None:
     from frep.progress import progress
 
     title = names.get("title")
@@ -285,7 +321,7 @@ def _info(program: Path, names: dict[str, Any], lattice: Lattice, replaced: dict
             ]
         else:
             rows.append(("clean", f"no: {getattr(report, 'message', 'beams overlap beyond their balls')}"))
-    for parameter in declared_parameters(program):
+    for parameter in declared:
         now = names.get(parameter.name, parameter.default)
         if parameter.name == "title":
             continue
@@ -349,6 +385,10 @@ def _render(title: Any, whole: Lattice, region: Lattice | None, output: Path) ->
 
     if region is None:
         region = _drawable(whole)
+        if region.n_beams > DRAWN:
+            raise TooLargeError(
+                f"lattice: a single cluster has {region.n_beams:,} beams, more than the {DRAWN:,} that a picture shows"
+            )
     elif region.n_beams > DRAWN:
         raise TooLargeError(
             f"roi: its {region.n_beams:,} beams are more than the {DRAWN:,} that a picture shows; choose fewer clusters"

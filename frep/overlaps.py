@@ -15,8 +15,11 @@ import numpy as np
 if TYPE_CHECKING:
     from .steady import SteadySkeleton
 
-_TOUCHING = 1e-7
+TOUCHING = 1e-7
 """Overlaps below this part of a beam's radius are rounding of beams that touch."""
+
+_ALL = 1500
+"""Beams and balls of a lattice that is small enough to look at all of them: a fifth of a second."""
 
 _HALVINGS = 55
 """Golden sections of a beam: down to 1e-11 of its length."""
@@ -91,9 +94,10 @@ def _beam_distance(points: np.ndarray, ends: np.ndarray, radii: np.ndarray) -> n
 def strangers(skeleton: SteadySkeleton) -> CleanReport:
     """Whether beams that share no node keep apart, among a sample of the lattice's beams and all beams near those.
 
-    Of each rack the sample holds the beams at the first, middle and last clusters along each direction, 27 at most; of nodes
-    without beams, the balls at those clusters. Where the directions commute these stand for all others but for laps of a
-    lattice over itself; otherwise beams between them may still overlap.
+    Of a small lattice, of a thousand beams, the sample is all. Otherwise it holds of each rack the beams at the first, middle and
+    last clusters along each direction, and of nodes without beams the balls at those clusters. Where the directions commute these
+    stand for all others but for laps of a lattice over itself. Where they do not, it is nine clusters along u and along v; beams
+    between them may still overlap.
     """
     from .rangefinder import find_beams, find_nodes
 
@@ -131,23 +135,35 @@ def strangers(skeleton: SteadySkeleton) -> CleanReport:
     gaps = beam_gaps(ends[query], radii[query], other_ends[pairs], other_radii[pairs])
     thinner = np.minimum(radii[query].min(axis=1), other_radii[pairs].min(axis=1))
     worst = int(np.argmin(gaps / thinner))
-    if gaps[worst] >= -_TOUCHING * thinner[worst]:
+    if gaps[worst] >= -TOUCHING * thinner[worst]:
         return CleanReport(True, 0.0, "no hubs overlap among those looked at")
     message = f"{_named(mine[pairs[worst]])} and {_named(other_nodes[pairs[worst]])} overlap by {-gaps[worst]:.4g} mm"
     return CleanReport(False, float(-gaps[worst]), message)
 
 
-def _sampled(low: int, high: int) -> list[int]:
-    return sorted({low, (low + high) // 2, high}) if high >= low else []
+def _densities(skeleton: SteadySkeleton) -> tuple[int, int, int]:
+    """How many clusters are looked at along each direction. Along w all are similar: what is asked for is the ends and laps."""
+    if skeleton.n_beams + skeleton.n_nodes <= _ALL:
+        i, j, k = (int(n) for n in skeleton.counts)
+        return i, j, k
+    size = float(np.abs(skeleton.bounds).max())
+    commute = all(a.commutes_with(b, size=size) for a, b in itertools.combinations(skeleton.directions, 2))
+    return (3, 3, 3) if commute else (9, 9, 3)
+
+
+def _sampled(low: int, high: int, most: int) -> list[int]:
+    """Whole numbers from low to high, both included: `most` of them, or all of fewer."""
+    steps = max(min(most, high - low + 1) - 1, 1)
+    return sorted({low + (high - low) * n // steps for n in range(steps + 1)}) if high >= low else []
 
 
 def _sampled_beams(skeleton: SteadySkeleton) -> np.ndarray:
     """(m, 4) rows (i, j, k, rack)."""
-    rows = []
+    rows, densities = [], _densities(skeleton)
     for rack, offset in enumerate(skeleton.racks[:, 2:].tolist()):
         ranges = [
-            _sampled(int(s) + max(0, -d), int(s) + int(n) - 1 - max(0, d))
-            for s, n, d in zip(skeleton.start, skeleton.counts, offset, strict=True)
+            _sampled(int(s) + max(0, -d), int(s) + int(n) - 1 - max(0, d), most)
+            for s, n, d, most in zip(skeleton.start, skeleton.counts, offset, densities, strict=True)
         ]
         rows += [(*cluster, rack) for cluster in itertools.product(*ranges)]
     return np.array(rows, dtype=np.int64).reshape(-1, 4)
@@ -155,7 +171,10 @@ def _sampled_beams(skeleton: SteadySkeleton) -> np.ndarray:
 
 def _sampled_balls(skeleton: SteadySkeleton) -> np.ndarray:
     """(m, 4) rows (i, j, k, node) of nodes that somewhere have no beam."""
-    ranges = [_sampled(int(s), int(s) + int(n) - 1) for s, n in zip(skeleton.start, skeleton.counts, strict=True)]
+    ranges = [
+        _sampled(int(s), int(s) + int(n) - 1, most)
+        for s, n, most in zip(skeleton.start, skeleton.counts, _densities(skeleton), strict=True)
+    ]
     rows = [(*cluster, int(node)) for node in skeleton.lone_nodes for cluster in itertools.product(*ranges)]
     return np.array(rows, dtype=np.int64).reshape(-1, 4)
 

@@ -130,7 +130,11 @@ def sweep(fdata, idata, q, p, box, swept):
 
 @kernel
 def _dual(swept, axis, g):
-    """The direction that measures the index along `axis` and none of the others: g . d = 1. False if there is none."""
+    """The direction that measures the index along `axis` and none of the others: g . d = 1.
+
+    Returns how much of the others it measures all the same, by rounding: |g . a| + |g . b|, which is large where directions
+    are all but parallel; infinity if there is no such direction.
+    """
     d, a, b = 3 + 3 * axis, 3 + 3 * ((axis + 1) % 3), 3 + 3 * ((axis + 2) % 3)
     dx, dy, dz = swept[d], swept[d + 1], swept[d + 2]
     ax, ay, az, bx, by, bz = swept[a], swept[a + 1], swept[a + 2], swept[b], swept[b + 1], swept[b + 2]
@@ -145,9 +149,12 @@ def _dual(swept, axis, g):
         x, y, z = dx, dy, dz
     along = x * dx + y * dy + z * dz
     if not abs(along) > 1e-9 * math.sqrt((x * x + y * y + z * z) * (dx * dx + dy * dy + dz * dz)):
-        return False
-    g[0], g[1], g[2] = x / along, y / along, z / along
-    return True
+        return math.inf
+    x, y, z = x / along, y / along, z / along
+    g[0], g[1], g[2] = x, y, z
+    ax, ay, az = swept[a], swept[a + 1], swept[a + 2]
+    noise = abs(x) * (abs(ax) + abs(bx)) + abs(y) * (abs(ay) + abs(by)) + abs(z) * (abs(az) + abs(bz))
+    return abs(x * ax + y * ay + z * az) + abs(x * bx + y * by + z * bz) + 1e-15 * noise
 
 
 @kernel
@@ -160,10 +167,11 @@ def _contract(idata, q, box, swept, cx, cy, cz, radius, g):
     for axis in range(3):
         low, high = box[axis], box[3 + axis] + np.int64(idata[q + I_REACH + axis])
         swept[S_LOW + axis], swept[S_HIGH + axis] = low, high
-        if _dual(swept, axis, g):
+        leak = _dual(swept, axis, g)
+        if leak < 1.0:
             half, middle = 0.5 * (high - low), 0.5 * (low + high)
             t = middle + half * (g[0] * x + g[1] * y + g[2] * z)
-            w = half * math.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) * (radius + swept[S_RHO])
+            w = half * (math.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) * (radius + swept[S_RHO]) + leak)
             w += ROUNDING * (1.0 + abs(t))
             if not (t + w >= low and t - w <= high):
                 return False

@@ -454,12 +454,14 @@ def _racks(value: Any, n: int, nodes: np.ndarray) -> np.ndarray:
         raise ArgumentError(
             f"racks: node numbers must lie in 0..{n - 1}, got {racks[:, :2].min()} to {racks[:, :2].max()}"
         )
+    seen: dict[tuple[int, ...], int] = {}
     for number, (start, end, *offset) in enumerate(racks.tolist()):
         if start == end and not any(offset):
             raise ArgumentError(f"racks: rack {number} joins node {start} to itself")
-        for before, (a, b, *d) in enumerate(racks[:number].tolist()):
-            if (a, b, d) == (start, end, offset) or (b, a, [-x for x in d]) == (start, end, offset):
-                raise ArgumentError(f"racks: racks {before} and {number} are the same beams; give one of them")
+        back = (end, start, *(-d for d in offset))
+        before = seen.setdefault(min((start, end, *offset), back), number)
+        if before != number:
+            raise ArgumentError(f"racks: racks {before} and {number} are the same beams; give one of them")
     return racks
 
 

@@ -30,8 +30,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -42,6 +41,8 @@ from frep.errors import ArgumentError, FileError, FrepError, TooLargeError
 from frep.io.atomic import check_target, replacing
 from frep.progress import progress
 from frep.similarity import Similarity
+
+from .steady_explicit import BallsAndBeams
 
 if TYPE_CHECKING:
     from topologies.steady import SteadyLattice
@@ -55,21 +56,6 @@ MOST = 50_000_000
 """Beams that `write_text` writes without being told to: about 2.5 GB."""
 
 _CHUNK = 65_536  # lines at a time: a few MB
-
-
-@dataclass(frozen=True, eq=False)
-class BallsAndBeams:
-    """An explicit lattice, as a text file holds it. `topologies.beams.graph(nodes, edges).thicken(2 * radii)` gives it body.
-
-    Attributes:
-        nodes: (n, 3) float64 centres of the balls, mm.
-        radii: (n,) float64, mm.
-        edges: (m, 2) int64 ball numbers.
-    """
-
-    nodes: np.ndarray
-    radii: np.ndarray
-    edges: np.ndarray
 
 
 def save(lattice: SteadyLattice, path: str | os.PathLike[str], *, most: int | None = MOST) -> None:
@@ -113,29 +99,39 @@ def write_text(lattice: SteadyLattice, path: str | os.PathLike[str], *, most: in
         TooLargeError: more than `most` beams or balls.
         FileError: the file cannot be written.
     """
-    number = max(lattice.n_beams, lattice.n_nodes)
-    if most is not None and number > most:
+    pairs = (ball_numbers(lattice, block) for block in lattice.beams(_CHUNK))
+    write_blocks(path, (lattice.n_nodes, lattice.n_beams), _ball_blocks(lattice), pairs, most)
+
+
+def write_blocks(
+    path: str | os.PathLike[str],
+    numbers: tuple[int, int],
+    balls: Iterable[np.ndarray],
+    pairs: Iterable[np.ndarray],
+    most: int | None,
+) -> None:
+    """Write a text file from blocks of balls (m, 4) and of beams (m, 2): `numbers` of them in all. Raises as `write_text`."""
+    n_nodes, n_beams = numbers
+    if most is not None and max(numbers) > most:
         raise TooLargeError(
-            f"lattice: it has {lattice.n_nodes:,} balls and {lattice.n_beams:,} beams, and most={most:,} may be written; "
+            f"lattice: it has {n_nodes:,} balls and {n_beams:,} beams, and most={most:,} may be written; "
             "write lattice.region(start, span), or pass most=None"
         )
     check_target(path)
-    total = lattice.n_nodes + lattice.n_beams
     with (
-        progress("writing", total=total) as advance,
+        progress("writing", total=sum(numbers)) as advance,
         replacing(path) as temporary,
         temporary.open("w", encoding="ascii", newline="\n") as file,
     ):
         file.write("# steady lattice, mm: balls (x y z radius), beams (two ball numbers from 0)\n")
-        file.write(f"balls {lattice.n_nodes}\n")
-        for block in _ball_blocks(lattice):
-            file.write("%r %r %r %r\n" * len(block) % tuple(block.ravel().tolist()))
-            advance(len(block))
-        file.write(f"beams {lattice.n_beams}\n")
-        for block in lattice.beams(_CHUNK):
-            pairs = ball_numbers(lattice, block)
-            file.write("%d %d\n" * len(pairs) % tuple(pairs.ravel().tolist()))
-            advance(len(pairs))
+        for word, number, row, blocks in (
+            ("balls", n_nodes, "%r %r %r %r\n", balls),
+            ("beams", n_beams, "%d %d\n", pairs),
+        ):
+            file.write(f"{word} {number}\n")
+            for block in blocks:
+                file.write(row * len(block) % tuple(block.ravel().tolist()))
+                advance(len(block))
 
 
 def ball_numbers(lattice: SteadyLattice, beams: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ be missed.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,15 +20,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, Solid, TooLargeError, as_field
+from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, FileError, Solid, TooLargeError, as_field
 from frep.packing import Packer
 from frep.progress import progress
 from frep.skeleton import BeamLeaf
 from frep.steady import SteadySkeleton
 
 from .beams import BeamTopology, graph
+from .steady_explicit import BallsAndBeams
 
 if TYPE_CHECKING:
+    from frep.overlaps import CleanReport
+
     from .steady import SteadyLattice
 
 _CLUSTERS = 1 << 18
@@ -314,6 +318,90 @@ class FilteredLattice:
         """What is left as a Solid of cone-beams. Raises as `graph`."""
         nodes, radii, edges = self.explicit()
         return graph(nodes, edges).thicken(2.0 * radii)
+
+    # --- what a lattice answers; `frep lattice` takes a filtered one too ---------------------------------------------
+
+    @property
+    def counts(self) -> np.ndarray:
+        """(3,) clusters along each direction, before the filter."""
+        return self.lattice.counts
+
+    @property
+    def start(self) -> np.ndarray:
+        """(3,) first index along each direction."""
+        return self.lattice.start
+
+    @property
+    def racks(self) -> np.ndarray:
+        """(m, 5) racks, before the filter."""
+        return self.lattice.racks
+
+    @cached_property
+    def n_beams(self) -> int:
+        """How many beams are left: they are counted."""
+        return self.count()
+
+    @property
+    def n_nodes(self) -> int:
+        """How many balls are left that have a beam. Raises TooLargeError as `graph`."""
+        return self.written_out.n_nodes
+
+    def beams(self, block: int = 1_000_000) -> Iterator[np.ndarray]:
+        """The beams in blocks; see `blocks`."""
+        return self.blocks(block)
+
+    def ends(self, beams: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Ends (m, 2, 3) and their radii (m, 2), mm, of beams given as (m, 4) rows (i, j, k, rack)."""
+        return self.lattice.ends(beams)
+
+    def region(self, start: Any, span: Any) -> FilteredLattice:
+        """The same of some clusters; see `SteadyLattice.region`. Which nodes stay depends on their index and place alone."""
+        return FilteredLattice(self.lattice.region(start, span), self.keep)
+
+    def outline(self) -> list[np.ndarray]:
+        """The edges of the brick before the filter, as polylines (n, 3), mm."""
+        return self.lattice.outline()
+
+    @cached_property
+    def written_out(self) -> BallsAndBeams:
+        """What is left, ball by ball. Raises TooLargeError as `graph`."""
+        if not self.n_beams:
+            return BallsAndBeams(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 2), np.int64))
+        return BallsAndBeams(*self.explicit())
+
+    def clean(self) -> CleanReport:
+        """Whether what is left are hubs that keep apart, and by how much they overlap if not."""
+        return self.written_out.clean()
+
+    def volume(self) -> float:
+        """Volume in mm3, hub by hub: of stored beams. Raises as `graph`; ArgumentError where hubs overlap."""
+        return self.written_out.volume()
+
+    def area(self) -> float:
+        """Surface area in mm2. Raises as `volume`."""
+        return self.written_out.area()
+
+    def centroid(self) -> np.ndarray:
+        """(3,) centre of mass, mm. Raises as `volume`."""
+        return self.written_out.centroid()
+
+    def inertia(self) -> np.ndarray:
+        """(3, 3) inertia tensor about the centroid at unit density, mm5. Raises as `volume`."""
+        return self.written_out.inertia()
+
+    def save(self, path: str | os.PathLike[str], *, most: int | None = 50_000_000) -> None:
+        """Write the balls and beams that are left (.txt): a filter is no part of a model.
+
+        Raises:
+            FileError: another suffix, no such folder, no space.
+            TooLargeError: more than `most` beams (None is any number), or as `graph`.
+        """
+        if not os.fspath(path).lower().endswith(".txt"):
+            raise FileError(
+                f"path: {os.fspath(path)!r}: a filtered lattice is written as balls and beams, .txt; "
+                "a model (.json, .py) holds no filter"
+            )
+        self.written_out.save(path, most=most)
 
 
 def _box_size(counts: np.ndarray, most: int) -> np.ndarray:

@@ -211,7 +211,7 @@ def test_a_row_of_many_turns_has_a_range_a_turn() -> None:
 def test_every_method_finds_what_brute_force_finds(kind: str) -> None:
     rng = np.random.default_rng(list(map(ord, kind)))
     each, hits = 250, 0
-    for _ in range(10):  # 2,500 balls a kind, 22,500 in all
+    for _ in range(10):  # 2,500 balls a kind, 25,000 in all
         skeleton = lattices.random_lattice(rng, kind)
         beams, ends, radii = lattices.all_beams(skeleton)
         centers = rng.uniform(ends.min(axis=(0, 1)), ends.max(axis=(0, 1)), (each, 3))
@@ -231,6 +231,30 @@ def test_every_method_finds_what_brute_force_finds(kind: str) -> None:
             assert met.max() <= 1
             assert np.all(np.diff(found[:, 0]) >= 0)
     assert hits > 1000
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_directions_that_are_parallel_measure_no_index(seed: int) -> None:
+    """What is left of a direction across its parallel is rounding, of any direction; it must not bound anything."""
+    rng = np.random.default_rng(seed)
+    along = rng.normal(size=3)
+    across = np.cross(along, rng.normal(size=3))
+    # all parallel; two and a turn about them; nearly; and a third in their plane
+    for v, w in (
+        (Translation(-0.26 * along), Screw(6.6, along)),
+        (Translation(0.37 * along), Translation(1.9 * along)),
+        (Translation(0.37 * along + 1e-13 * across), Screw(0.3, along, pitch=0.1)),
+        (Translation(0.37 * along + 1e-9 * across), Translation(0.2 * along + 0.3 * across)),
+    ):
+        racks = [(0, 1, 2, 2, 0), (1, 0, 1, -2, 0), (1, 1, 1, 0, 0), (0, 0, 0, 0, 1)]
+        nodes = rng.normal(size=(2, 3))
+        lattice = SteadyLattice(nodes, 0.02, racks, Translation(along), v, w, (5, 4, 3))
+        skeleton, beams = lattice.skeleton, np.concatenate(list(lattice.beams()))
+        ends, _ = skeleton.ends(beams)
+        for method in conditions(skeleton).methods:
+            found = find_beams(skeleton, ends.mean(axis=1), 0.01, method)
+            own = {(query, *row) for query, row in enumerate(beams.tolist())}
+            assert own <= set(map(tuple, found.tolist())), method
 
 
 def test_the_sample_can_tell_a_lost_turn() -> None:
