@@ -37,6 +37,13 @@ def test_fields_that_are_no_distances_measure_the_same(factor):
     assert cut.volume(0.25) == pytest.approx(BALL, rel=4e-3)
 
 
+def test_steep_faces_away_from_the_solid_add_nothing():
+    """A flat field in a box whose faces are a hundred times as steep: samples beside those have a slope, and no surface."""
+    ball = frep.sphere((0.1, 0.2, 0.3), 5)
+    for h in (1.0, 0.7, 0.5):
+        assert Solid(0.01 * ball.field, bounds=1.5 * ball.bounds).volume(h) == pytest.approx(BALL, rel=4e-3)
+
+
 def test_flat_boxes_are_exact_but_for_their_edges():
     """Faces midway between samples cost nothing: what is left goes with the edges, of second order."""
     lo, hi = np.array([0.3, -1.7, 2.2]), np.array([9.1, 6.4, 8.8])
