@@ -13,7 +13,9 @@ thick = 1.6
 voxel = 0.2
 title = "Gyroid to Schwarz P across a gap"
 
-block = frep.box((0, 0, 0), (length * cell, wide * cell, wide * cell))
+# A gyroid passes through the corners of its cells: a block cut there would have a chip in one of its own.
+start = cell / 4
+block = frep.box((0, start, 0), (length * cell, start + wide * cell, wide * cell))
 middle = ((length * cell / 2, 0, 0), (1, 0, 0))
 surface = transition(tpms.gyroid(cell=cell), tpms.schwarz_p(cell=cell), plane=middle, width=gap, over=block)
 part = surface.sheet(linear("z", 0, wide * cell, thin, thick)) & block
