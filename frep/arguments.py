@@ -13,8 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ArgumentError, ArgumentTypeError, UnboundedError
+from .errors import ArgumentError, ArgumentTypeError, UnboundedError, warn
 from .field import Field, FieldLike, as_field
+
+
+class DegreesWarning(UserWarning):
+    """An angle of more than a full turn, taken as rad as it stands: degrees were probably meant."""
 
 
 def direction(value: Any, name: str) -> np.ndarray:
@@ -44,6 +48,23 @@ def real(value: Any, name: str, unit: str) -> float:
     if not math.isfinite(number):
         raise ArgumentError(f"{name}: expected a finite number{unit}, got {value!r}")
     return number
+
+
+def turn(value: Any, name: str) -> float:
+    """The angle of a rotation in rad, checked to be a finite number; more than a full turn is taken, with a warning.
+
+    Example:
+        >>> turn(0.5, "angle")
+        0.5
+    """
+    angle = real(value, name, "rad")
+    if abs(angle) > 2.0 * math.pi * (1.0 + 1e-9):
+        warn(
+            f"{name}: {angle:g} rad is {abs(angle) / (2.0 * math.pi):.3g} turns; if degrees were meant, give "
+            f"math.radians({angle:g}), which is {math.radians(angle):.4g} rad",
+            DegreesWarning,
+        )
+    return angle
 
 
 def width(value: FieldLike, name: str) -> Field:
@@ -76,6 +97,24 @@ def finite(value: Any, name: str) -> np.ndarray:
     if not np.all(np.isfinite(array)):
         raise ArgumentError(f"{name}: expected finite numbers, got {value!r}")
     return array
+
+
+def refuse_nan(array: np.ndarray, name: str, item: str) -> None:
+    """Raise for NaN and infinite numbers in data of one item a row: how many items have them, and which is the first.
+
+    Raises:
+        ArgumentError: a number that is not finite.
+
+    Example:
+        >>> refuse_nan(np.zeros((4, 3)), "seeds", "seed")
+    """
+    bad = np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))
+    if len(bad):
+        first = array[bad[0]].tolist()
+        raise ArgumentError(
+            f"{name}: expected finite numbers, {len(bad):,} of {len(array):,} {item}s have NaN or infinite ones, "
+            f"the first is {item} {bad[0]}: {first}"
+        )
 
 
 def positive(value: Any, name: str, unit: str = " in mm") -> float:

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .arguments import direction, positive, real, width
+from .arguments import direction, positive, turn, width
 from .arguments import vector as vector_of
 from .errors import ArgumentError, ArgumentTypeError, EmptyError, TooLargeError, UnboundedError
 from .field import (
@@ -52,7 +53,17 @@ class Feature:
 
 @dataclass(frozen=True, eq=False)
 class BeamDesign:
-    """What a beam lattice was made of, for exporters that keep beams as beams. Diameters are Fields in mm."""
+    """What a beam lattice was made of, for exporters that keep beams as beams.
+
+    Attributes:
+        skeleton: nodes and beams, before they were moved.
+        diameter, node_diameter: Fields in mm, read where the part is.
+        end_radii, ball_radii: one number a node, mm, before it was moved.
+        section, blended: as they were asked for.
+        clip: (2, 3) corners of the box that cuts it, in the axes `turn`.
+        matrix, shift: p -> matrix p + shift moves the skeleton to where the part is, a similarity.
+        turn: (3, 3) rotation: a point p of the part is turn^T p in the axes of the box.
+    """
 
     skeleton: Skeleton
     diameter: Field | None
@@ -62,6 +73,30 @@ class BeamDesign:
     blended: bool
     clip: np.ndarray | None = None
     ball_radii: np.ndarray | None = None
+    matrix: np.ndarray = dataclass_field(default_factory=lambda: np.eye(3))
+    shift: np.ndarray = dataclass_field(default_factory=lambda: np.zeros(3))
+    turn: np.ndarray = dataclass_field(default_factory=lambda: np.eye(3))
+
+    def placed(self, matrix: np.ndarray, shift: np.ndarray) -> BeamDesign:
+        """The skeleton under a similarity p -> matrix p + shift, before any box; diameters stay where they are."""
+        return replace(self, matrix=matrix @ self.matrix, shift=matrix @ self.shift + shift)
+
+    def moved(
+        self, matrix: np.ndarray, shift: np.ndarray, scale: float, field_there: Callable[[Field], Field]
+    ) -> BeamDesign:
+        """The whole of it under a similarity of ratio `scale`, its Fields as `field_there` moves them."""
+        there = self.placed(matrix, shift)
+        clip, axes = self.clip, self.turn
+        if clip is not None:
+            # Where the image of the box is upright no rotation is left over.
+            whole = matrix @ self.turn / scale
+            upright = bool(np.all(np.count_nonzero(np.abs(whole) > 1e-12, axis=0) == 1))
+            axes = np.eye(3) if upright else whole * (np.array([-1.0, 1.0, 1.0]) if np.linalg.det(whole) < 0.0 else 1.0)
+            rest = axes.T @ (matrix @ self.turn)
+            rest[np.abs(rest) < 1e-12 * scale] = 0.0
+            clip = _image_of_box(clip, rest, axes.T @ shift)
+        widths = [None if f is None else scale * field_there(f) for f in (self.diameter, self.node_diameter)]
+        return replace(there, diameter=widths[0], node_diameter=widths[1], clip=clip, turn=axes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,9 +242,9 @@ class Solid:
     def rotate(self, axis, angle: float, center=(0.0, 0.0, 0.0)) -> Solid:
         """Turn by `angle` rad round `axis` ("x", "y", "z" or a vector) through `center`, right-handed."""
         u = direction(axis, "axis")
-        turn = real(angle, "angle", "rad")
+        by = turn(angle, "angle")
         k = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
-        matrix = np.eye(3) + math.sin(turn) * k + (1.0 - math.cos(turn)) * k @ k
+        matrix = np.eye(3) + math.sin(by) * k + (1.0 - math.cos(by)) * k @ k
         matrix[np.abs(matrix) < 1e-15] = 0.0
         c = vector_of(center, "center")
         return self._moved(matrix, c - matrix @ c, 1.0, "rotate")
@@ -241,7 +276,8 @@ class Solid:
         bounds = _image_of_box(self.bounds, matrix, shift)
         turned = np.count_nonzero(np.round(matrix, 15)) > 3
         is_box = self._provenance.is_box and not turned
-        return Solid._make(field, bounds, features=features, label=label, operands=(self,), is_box=is_box)
+        beams = None if self.beams is None else self.beams.moved(matrix, shift, scale, moved)
+        return Solid._make(field, bounds, features=features, label=label, operands=(self,), is_box=is_box, beams=beams)
 
     # --- numbers -----------------------------------------------------------------------------------------------------------
 
@@ -329,9 +365,9 @@ class Solid:
     ) -> None:
         """Write to a file, by suffix: `.step` and `.stp`, `.vdb`, or any mesh format (`.stl`, `.ply`, `.obj`).
 
-        A lattice of up to a few hundred round beams, clipped by a box at most, whose diameters are constant or taper evenly,
-        becomes an analytic STEP solid; anything else a faceted one of at most `max_faces` triangles (20,000 unless given),
-        on a voxel that keeps to them where none is given. The file appears complete or not at all.
+        A lattice of some hundreds of round beams, clipped by a box at most, whose diameters are constant or taper evenly,
+        becomes an analytic STEP solid, moved afterwards or not; anything else a faceted one of at most `max_faces` triangles
+        (20,000 unless given), on a voxel that keeps to them where none is given. The file appears complete or not at all.
 
         Raises:
             FileError: unknown suffix, no such folder, no space.
@@ -466,7 +502,7 @@ def intersection(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
         and all(s.beams is not None or s._provenance.is_box for s in parts)
         and radius is constant(0.0)
     ):
-        beams = replace(lattices[0], clip=bounds)
+        beams = _clipped_beams(lattices[0], parts, bounds)
     is_box = radius is constant(0.0) and all(s._provenance.is_box for s in parts)
     return Solid._make(
         field,
@@ -477,6 +513,17 @@ def intersection(*solids: Solid, blend: FieldLike = 0.0) -> Solid:
         beams=beams,
         is_box=is_box,
     )
+
+
+def _clipped_beams(design: BeamDesign, parts: list[Solid], bounds: np.ndarray) -> BeamDesign | None:
+    """A lattice within upright boxes, whose common bounds are given; None where it has a box in other axes already.
+
+    A box that holds all of the lattice cuts nothing off.
+    """
+    if design.clip is None or np.array_equal(design.turn, np.eye(3)):
+        return replace(design, clip=bounds)
+    lattice = next(s for s in parts if s.beams is not None)
+    return design if np.array_equal(bounds, lattice.bounds) else None
 
 
 def difference(first: Solid, *others: Solid, blend: FieldLike = 0.0) -> Solid:

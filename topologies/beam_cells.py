@@ -26,7 +26,7 @@ _MEET = 1e-6
 _NEAR = 1e-3
 """Distinct nodes closer than this, of the period, were meant to be one."""
 _MATCH = 0.1
-"""Loose ends on opposite faces closer than this, of the period, were meant to match."""
+"""Loose ends at opposite faces closer than this, of the period, were meant to match."""
 
 CORNERS: list[Point] = [(float(i), float(j), float(k)) for i, j, k in itertools.product((0, 1), repeat=3)]
 CENTRE: Point = (0.5, 0.5, 0.5)
@@ -275,7 +275,8 @@ class Fault:
     """Something wrong with a cell.
 
     Attributes:
-        kind: "coincident nodes", "unmatched nodes", "overlapping beams", "crossing beams", "dangling node" or "separate parts".
+        kind: "coincident nodes", "unmatched nodes", "overlapping beams", "crossing beams", "dangling node", "lone node" or
+            "separate parts".
         message: what, which, where and what to do, after the name of the argument it came in by.
         items: numbers of the nodes or edges.
         point: where, in mm; None for a fault of the whole.
@@ -311,11 +312,16 @@ def distinct_edges(nodes: np.ndarray, edges: np.ndarray, period: np.ndarray) -> 
 
 
 def faults(nodes: np.ndarray, edges: np.ndarray, period: np.ndarray) -> list[Fault]:
-    """Everything wrong with a cell, the worst first. `nodes` in mm; nodes that no edge uses are not looked at."""
+    """Everything wrong with a cell, the worst first. `nodes` in mm; those that no edge uses are told, and not looked at."""
     distinct = distinct_edges(nodes, edges, period)
     loose = _loose_ends(nodes, edges[distinct], period)
     found = _coincident(nodes, np.unique(edges), period) + _mismatched(nodes, loose, period)
     found += _meetings(nodes, edges, distinct, period) + _dangling(nodes, loose, period)
+    # A node without a beam may be the copy, a period away, of one that has some.
+    number = folded(nodes, period)
+    for i in np.flatnonzero(~np.isin(number, number[edges])).tolist():
+        text = f"nodes: no beam ends at node {i} at {_text(nodes[i])}; a node ball there would hang in the air"
+        found.append(Fault("lone node", text, (i,), _place(nodes[i])))
     parts = pieces(nodes, edges[distinct], period)
     if parts != 1:
         count = f"{parts:.0f} parts that never touch" if math.isfinite(parts) else "columns or layers that never touch"
@@ -365,15 +371,17 @@ def _loose_ends(nodes: np.ndarray, edges: np.ndarray, period: np.ndarray) -> np.
 
 
 def _mismatched(nodes: np.ndarray, loose: np.ndarray, period: np.ndarray) -> list[Fault]:
-    """Loose ends on opposite faces of the cell that nearly face each other."""
+    """Loose ends at opposite faces of the cell, one of them on its face, that nearly face each other."""
     found = []
     for axis, name in enumerate("xyz"):
         along = nodes[loose, axis] / period[axis]
-        low, high = (loose[np.abs(along - side) <= _MERGE] for side in (0.0, 1.0))
-        for i, j in itertools.product(low.tolist(), high.tolist()):
+        low, high = (np.flatnonzero(np.abs(along - side) <= _MATCH) for side in (0.0, 1.0))
+        for a, b in itertools.product(low.tolist(), high.tolist()):
+            i, j = int(loose[a]), int(loose[b])
             apart = (nodes[j] - nodes[i]) / period
             gap = float(np.linalg.norm((apart - np.round(apart)) * period))
-            if _NEAR * period.min() < gap <= _MATCH * period.min():
+            on_face = min(abs(along[a]), abs(along[b] - 1.0)) <= _MERGE
+            if on_face and _NEAR * period.min() < gap <= _MATCH * period.min():
                 text = (
                     f"node {i} at {_text(nodes[i])} and node {j} at {_text(nodes[j])} face each other across the period"
                 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, Solid, as_field, coordinates, graphs
-from frep.arguments import box_of, direction, real
+from frep.arguments import box_of, direction, real, turn
 from frep.arguments import vector as vector_of
 from frep.similarity import Screw, Similarity, Translation
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton, Skeleton
@@ -57,9 +57,9 @@ class BeamTopology:
         """Beams of the given diameter, joined by node balls where `node` is given.
 
         Args:
-            diameter: full width of the beams in mm: a number, a Field or a function of position; or, for an explicit
-                graph, one number a node, between which beams taper (exact sphere-swept cones). For a square section,
-                its side.
+            diameter: full width of the beams in mm: a number, a Field or a function of position; or one number a node,
+                between which beams taper (exact sphere-swept cones), the same for nodes that are one, a period apart.
+                For a square section, its side.
             node: diameter of a ball at every node, number or Field; None for none. Or one number a node, 0 for none, with
                 numbers for `diameter`. Round beams end in half balls and need none; square ones end flat.
             section: "circle", "square", or `square(fillet=...)` for a rounded square. Sections stand upright: their
@@ -71,7 +71,8 @@ class BeamTopology:
         while the diameter is constant and nothing blends.
 
         Raises:
-            ArgumentError: a diameter, node or blend that is not positive, or a wrong number of node diameters.
+            ArgumentError: a diameter, node or blend that is not positive, a wrong number of node diameters, or two for
+                a node and its copy in the next cell.
             ArgumentTypeError: a Field where numbers are needed.
 
         Example:
@@ -81,6 +82,9 @@ class BeamTopology:
             >>> part.contains([[5, 0.5, 0.5], [5, 5, 5]])
             array([ True, False])
         """
+        if isinstance(self.skeleton, PeriodicSkeleton):
+            for name, value in (("diameter", diameter), ("node", node)):
+                _require_alike(value, name, self.skeleton)
         solid = thickened(self.skeleton, diameter, node=node, section=section, blend=blend, label=self.label)
         return solid if self.placement is None else _placed(solid, self.placement)
 
@@ -88,7 +92,7 @@ class BeamTopology:
         """What is wrong with a periodic cell, the worst first; empty for a sound one.
 
         Looks for nodes that coincide or miss each other (in the cell or across its period), beams that cross or run
-        along each other where they have no node, nodes at which only one beam ends, and lattices of several parts that
+        along each other where they have no node, nodes at which one beam ends or none, and lattices of several parts that
         never touch. A moved cell is looked at as it was before.
 
         Raises:
@@ -111,6 +115,9 @@ class BeamTopology:
     def rotate(self, axis: Any, angle: float, center: Any = (0.0, 0.0, 0.0)) -> BeamTopology:
         """Turn by `angle` rad round `axis` ("x", "y", "z" or a vector) through `center`, right-handed.
 
+        Warns:
+            DegreesWarning: more than a full turn (`frep.arguments.DegreesWarning`), as 45 for 45 degrees would be.
+
         Example:
             >>> import math
             >>> from topologies.beams import bcc
@@ -118,7 +125,7 @@ class BeamTopology:
             <bcc: 9 nodes, 8 beams, moved>
         """
         along, through = direction(axis, "axis"), vector_of(center, "center")
-        return self._moved(Screw(real(angle, "angle", "rad"), along.tolist(), through.tolist()))
+        return self._moved(Screw(turn(angle, "angle"), along.tolist(), through.tolist()))
 
     def translate(self, vector: Any) -> BeamTopology:
         """Move by `vector` (x, y, z) mm."""
@@ -241,13 +248,33 @@ def _corners(box: np.ndarray) -> np.ndarray:
     return np.array([(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]])
 
 
+def _require_alike(value: Any, name: str, skeleton: PeriodicSkeleton) -> None:
+    """Refuse two diameters for one node of a periodic lattice; what is no number for each node is checked elsewhere."""
+    try:
+        widths = np.asarray(value, float) if isinstance(value, list | tuple | np.ndarray) else np.zeros(0)
+    except (TypeError, ValueError):
+        return
+    if widths.shape != (len(skeleton.nodes),) or not np.all(np.isfinite(widths)):
+        return
+    number = beam_cells.folded(skeleton.nodes, skeleton.size)
+    first = np.unique(number, return_index=True)[1][number]
+    unlike = np.flatnonzero(widths != widths[first])
+    if len(unlike):
+        i, j = int(unlike[0]), int(first[unlike[0]])
+        raise ArgumentError(
+            f"{name}: nodes {j} and {i} are one, a period apart, and have {widths[j]:g} and {widths[i]:g} mm; give them the "
+            "same, or take the beams of a region with over(region)"
+        )
+
+
 def _placed(solid: Solid, placement: Similarity) -> Solid:
     """A periodic lattice, moved: its beams, and not its widths, which are read where the part is."""
-    turn = placement.rotation.T
-    turn[np.abs(turn) < _ROUNDING] = 0.0
-    shift = -turn @ placement.translation
-    place = [sum((turn[i, j] * c for j, c in enumerate(coordinates())), start=float(shift[i])) for i in range(3)]
+    back = placement.rotation.T
+    back[np.abs(back) < _ROUNDING] = 0.0
+    shift = -back @ placement.translation
+    place = [sum((back[i, j] * c for j, c in enumerate(coordinates())), start=float(shift[i])) for i in range(3)]
     # A beam leaf is read at its first three arguments; its widths follow them.
     leaf = solid.field
     field = Field(leaf.op, (*(as_field(p) for p in place), *leaf.args[3:]), leaf.data)
-    return Solid._make(field, _EVERYWHERE, features=solid.features, label=solid._provenance.label)
+    beams = None if solid.beams is None else solid.beams.placed(back.T, placement.translation)
+    return Solid._make(field, _EVERYWHERE, features=solid.features, label=solid._provenance.label, beams=beams)

@@ -16,7 +16,7 @@ import numpy as np
 
 import frep
 from frep import ArgumentError, ArgumentTypeError, Field, FieldLike
-from frep.arguments import box_of, real, sizes
+from frep.arguments import box_of, one_of, real, refuse_nan, sizes
 from frep.errors import warn
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton
 from frep.thicken import Rectangle
@@ -30,12 +30,19 @@ from .truncation import truncated
 
 _MERGE = 1e-9
 """Nodes closer than this, of the size of the cell or graph, are one."""
+_MANY = 2.0
+"""A cell whose nodes reach over more periods, and whose beams meet, was given the wrong size."""
 _ARCHIMEDEAN = 1.0 / (2.0 + math.sqrt(2.0))
 """The truncation of a cube of side 1 that makes all edges equal (LF-rep 3.22)."""
 
 
+class CoincidentNodesWarning(UserWarning):
+    """Nodes of a graph at one place, which its beams do not hang together by: they were meant to be one."""
+
+
 class DanglingBeamWarning(UserWarning):
-    """A beam of a periodic cell that ends in the air: no other starts from its end, in this cell or the next."""
+    """A beam of a periodic cell that ends in the air: no other starts from its end, in this cell or the next. Or a node
+    without any."""
 
 
 def square(fillet: FieldLike = 0.0) -> Rectangle:
@@ -64,15 +71,19 @@ def _array(value: Any, name: str, columns: int, dtype) -> np.ndarray:
 
 def _nodes_and_edges(nodes: Any, edges: Any) -> tuple[np.ndarray, np.ndarray]:
     n = _array(nodes, "nodes", 3, float)
-    if not np.all(np.isfinite(n)):
-        raise ArgumentError(
-            f"nodes: expected finite coordinates, node {int(np.argwhere(~np.isfinite(n))[0, 0])} has none"
-        )
+    refuse_nan(n, "nodes", "node")
     raw = _array(edges, "edges", 2, float)
-    if not np.all(raw == np.floor(raw)):
-        raise ArgumentError("edges: expected whole node numbers")
-    if raw.min() < 0 or raw.max() >= len(n):
-        raise ArgumentError(f"edges: node numbers must lie in 0..{len(n) - 1}, got {raw.min():.0f} to {raw.max():.0f}")
+    refuse_nan(raw, "edges", "edge")
+    broken = np.flatnonzero((raw != np.floor(raw)).any(axis=1))
+    if len(broken):
+        raise ArgumentError(f"edges: expected whole node numbers, edge {broken[0]} has {raw[broken[0]].tolist()}")
+    beyond = np.flatnonzero(((raw < 0) | (raw >= len(n))).any(axis=1))
+    if len(beyond):
+        i, j = raw[beyond[0]].astype(np.int64)
+        more = f" (and {len(beyond) - 1} more)" if len(beyond) > 1 else ""
+        raise ArgumentError(
+            f"edges: node numbers must lie in 0..{len(n) - 1}, edge {beyond[0]} joins {i} and {j}{more}"
+        )
     e = raw.astype(np.int64)
     lengths = np.linalg.norm(n[e[:, 0]] - n[e[:, 1]], axis=1)
     scale = max(float(np.ptp(n, axis=0).max()), 1e-300)
@@ -101,7 +112,7 @@ def cell(nodes, edges, *, size: Any = 1.0, label: str = "cell", check: bool = Tr
             each other where they have no node. The message says which, and where.
 
     Warns:
-        DanglingBeamWarning: a node at which only one beam ends, and none continues in the next cell.
+        DanglingBeamWarning: a node at which only one beam ends, and none continues in the next cell, or none at all.
 
     Example:
         >>> column = cell([(0, 0, 0), (0, 0, 4)], [(0, 1)], size=4)
@@ -118,9 +129,16 @@ def cell(nodes, edges, *, size: Any = 1.0, label: str = "cell", check: bool = Tr
 def _refuse_faults(nodes: np.ndarray, edges: np.ndarray, period: np.ndarray, groups: Sequence[str] = ()) -> None:
     """Raise the first fault of a cell, or warn of its loose ends; `groups` names what each edge came from."""
     found = beam_cells.faults(nodes, edges, period)
-    loose = [fault for fault in found if fault.kind == "dangling node"]
-    wrong = [fault for fault in found if fault.kind not in ("dangling node", "separate parts")]
+    loose = [fault for fault in found if fault.kind in ("dangling node", "lone node")]
+    wrong = [fault for fault in found if fault.kind not in ("dangling node", "lone node", "separate parts")]
     if wrong:
+        periods = np.ptp(nodes, axis=0) / period
+        if periods.max() > _MANY and not groups:
+            reach = " x ".join(f"{side:g}" for side in np.ptp(nodes, axis=0))
+            sides = " x ".join(f"{side:g}" for side in period)
+            raise ArgumentError(
+                f"size: expected the period of the cell in mm, got {sides}, where the nodes reach over {reach} mm; {wrong[0]}"
+            )
         more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
         of_edges = wrong[0].kind in ("crossing beams", "overlapping beams")
         whose = " and ".join(groups[i] for i in wrong[0].items) if of_edges and groups else "groups"
@@ -185,13 +203,36 @@ def graph(nodes, edges) -> BeamTopology:
     Raises:
         ArgumentError: shapes, node numbers out of range, edges without length.
 
+    Warns:
+        CoincidentNodesWarning: nodes given twice, as by a list of segments, each with ends of its own.
+
     Example:
         >>> graph([(0, 0, 0), (10, 0, 0), (10, 10, 0)], [(0, 1), (1, 2)])
         <graph: 3 nodes, 2 beams>
     """
     n, e = _nodes_and_edges(nodes, edges)
+    _warn_of_coincident(n, np.unique(e))
     _, first = np.unique(np.sort(e, axis=1), axis=0, return_index=True)
     return BeamTopology(GraphSkeleton(n, e[np.sort(first)]), "graph")
+
+
+def _warn_of_coincident(nodes: np.ndarray, used: np.ndarray) -> None:
+    scale = float(np.ptp(nodes, axis=0).max())
+    places = np.rint((nodes[used] - nodes.min(axis=0)) / (_MERGE * scale))
+    # One number a place, sorted ten times as fast as three; places that share one by chance are told apart below.
+    key = (places.astype(np.int64) * (1_000_003, 998_244_353_000_001, 4_611_686_018_427)).sum(axis=1)
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(np.diff(key[order]) == 0)
+    same = same[(places[order[same]] == places[order[same + 1]]).all(axis=1)]
+    if len(same):
+        i, j = used[[order[same[0]], order[same[0] + 1]]].tolist()
+        x, y, z = nodes[i].tolist()
+        warn(
+            f"nodes: {len(same)} of {len(used)} lie where others do, the first are nodes {i} and {j} at "
+            f"({x:g}, {y:g}, {z:g}) mm; give each once, or beams that meet there do not hang together "
+            "(frep.graphs.merged([topology.skeleton]) makes them one)",
+            CoincidentNodesWarning,
+        )
 
 
 # --- the cells -----------------------------------------------------------------------------------------------------------
@@ -499,8 +540,6 @@ def columns(
         "triangular": beam_cells.triangles,
         "kagome": beam_cells.kagome,
     }
-    if pattern not in nets:
-        known = ", ".join(f'"{name}"' for name in nets)
-        raise ArgumentError(f"pattern: expected one of {known}, got {pattern!r}")
+    one_of(pattern, "pattern", nets)
     size = sizes(cell, "cell") if pattern == "square" else _hexagonal(cell)
     return _unit_cell(beam_cells.columns(nets[pattern]()), size, "columns")

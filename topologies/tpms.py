@@ -28,7 +28,7 @@ from typing import Any, Literal, TypedDict, Unpack
 import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, as_field, clip, constant, coordinates
-from frep.arguments import direction, real, sizes, suggestion
+from frep.arguments import direction, sizes, suggestion, turn
 
 from . import waveforms
 from .variants import SCALES, Depths, PeriodicSurface, fixed_box
@@ -78,7 +78,7 @@ def _axes(rotation: Any) -> np.ndarray:
     if rotation is None:
         return np.eye(3)
     if isinstance(rotation, tuple) and len(rotation) == 2:
-        u, angle = direction(rotation[0], "rotation"), real(rotation[1], "rotation", "rad")
+        u, angle = direction(rotation[0], "rotation"), turn(rotation[1], "rotation")
         k = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
         return np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
     try:

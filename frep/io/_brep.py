@@ -99,7 +99,7 @@ class Pieces:
         if clip is not None:
             low, high = self._shrunk(np.maximum(self.bounds()[0], clip[0]), np.minimum(self.bounds()[1], clip[1]))
             if float(np.prod(high - low)) < self.sum_of_volumes():
-                inside = self.count_containing(_spread_in_box(low, high, 86)) > 0
+                inside = self.count_containing(spread_in_box(low, high, 86)) > 0
                 return float(np.prod(high - low) * inside.mean())
         m = int(np.cbrt(max(1000, 640_000 // (len(self.start) + len(self.center)))))
         random = np.random.default_rng(0)
@@ -123,7 +123,7 @@ class Pieces:
         """The part of a box that holds all that the pieces have in it, roughly; all of it where nothing is found."""
         if (high <= low).any():
             return low, low
-        points = _spread_in_box(low, high, 40)
+        points = spread_in_box(low, high, 40)
         points = points[self.count_containing(points) > 0]
         if not len(points):
             return low, high
@@ -142,7 +142,7 @@ class Pieces:
         return list(zip(*columns, strict=True))
 
 
-def _spread_in_box(low: Array, high: Array, m: int) -> Array:
+def spread_in_box(low: Array, high: Array, m: int) -> Array:
     """m^3 points, one in each cell of a grid."""
     random = np.random.default_rng(0)
     places = np.stack([(i.ravel() + random.random(m**3)) / m for i in np.indices((m, m, m))], axis=1)
@@ -189,11 +189,11 @@ def _leading_sign(axes: Array) -> Array:
     return np.sign(axes[np.arange(len(axes)), sizeable.argmax(axis=1)])
 
 
-def unite(pieces: Pieces, clip: Box | None, what: str, *, turn: int = 0) -> Any:
+def unite(pieces: Pieces, clip: Box | None, what: str, *, turn: int = 0, ready: Sequence[Any] = ()) -> Any:
     """One shape: the union of the pieces, within `clip`, its volume checked; None where nothing is left.
 
     With `turn` 0 the poles of balls are upright; 1 puts poles and seams as far from the beams as can be, 2 and 3 likewise,
-    each with poles somewhere else.
+    each with poles somewhere else. `ready` are fewer solids of the same union, which are tried first.
 
     Raises:
         BrepError: no tolerance gives a valid shape of the right volume; `what` names it in the message.
@@ -206,15 +206,17 @@ def unite(pieces: Pieces, clip: Box | None, what: str, *, turn: int = 0) -> Any:
     allowed = max(_VOLUME_TOLERANCE * expected, _CRUMB * pieces.sum_of_volumes())
     crossing = clip is not None and bool((low < clip[0]).any() or (high > clip[1]).any())
     smallest = min(float(pieces.start_radius.min(initial=np.inf)), float(pieces.ball.min(initial=np.inf)))
-    for way, swell, fuzzy in _ATTEMPTS:
-        shapes = [
-            _ball(c, swell * r, _away_from(pieces, c, turn + way) if turn + way else _UPRIGHT)
+    attempts = [(0, 0.0, 0.0), (0, 0.0, 1e-5)] if len(ready) else []
+    for way, swell, fuzzy in (*attempts, *_ATTEMPTS):
+        shapes: Sequence[Any] = [
+            _ball(c, max(swell, 1.0) * r, _away_from(pieces, c, turn + way) if turn + way else _UPRIGHT)
             for c, r in zip(pieces.center, pieces.ball, strict=True)
         ]
         shapes += [_cone(*cone) for cone in pieces.cones()]
+        shapes = shapes if swell else ready
         shape = fuse(shapes, fuzzy=fuzzy * smallest)
         if shape is not None and crossing and clip is not None:
-            shape = _within(shape, clip)
+            shape = within(shape, clip)
         if shape is not None and is_valid(shape) and abs(volume(shape) - expected) < allowed:
             return shape
     raise BrepError(
@@ -266,6 +268,16 @@ def moved(shape: Any, offset: Iterable[float]) -> Any:
     translation = gp_Trsf()
     translation.SetTranslation(gp_Vec(*(float(x) for x in offset)))
     return shape.Moved(TopLoc_Location(translation))
+
+
+def turned(shape: Any, rotation: Array) -> Any:
+    """A rotated shape, its geometry anew: readers of STEP place a solid more surely than they turn it."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf
+
+    motion = gp_Trsf()
+    motion.SetValues(*(float(x) for row in rotation for x in (*row, 0.0)))
+    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
 
 
 def is_valid(shape: Any) -> bool:
@@ -327,7 +339,8 @@ def compound(shapes: Sequence[Any]) -> Any:
     return result
 
 
-def _within(shape: Any, clip: Box) -> Any:
+def within(shape: Any, clip: Box) -> Any:
+    """What of a shape lies in a box; None where OpenCASCADE fails."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 
@@ -361,7 +374,13 @@ def _away_from(pieces: Pieces, center: Array, turn: int) -> tuple[Array, Array]:
     The seam is the half circle from pole to pole where the sphere's longitude begins and ends. Where a beam's rim
     crosses it, readers of STEP may take the rest of the sphere for the hole: a ball is lost from the file.
     """
-    at = np.linalg.norm(pieces.start - center, axis=1) < 1e-9 * max(float(np.abs(pieces.start).max(initial=1.0)), 1.0)
+    # Cones begin at the centre, or where they touch the ball.
+    axes = pieces.end - pieces.start
+    axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    gap = pieces.start - center
+    size = max(float(np.abs(pieces.start).max(initial=1.0)), 1.0)
+    own = float(pieces.ball[np.linalg.norm(pieces.center - center, axis=1).argmin()])
+    at = (np.linalg.norm(np.cross(gap, axes), axis=1) < 1e-9 * size) & (np.linalg.norm(gap, axis=1) < 0.99 * own)
     beams = (pieces.end - pieces.start)[at]
     if not len(beams):
         return _UPRIGHT

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -103,29 +104,50 @@ def _balls_have_beams(design: BeamDesign) -> bool:
 
 
 _TAPER = 0.01
-"""Part of its diameter by which a beam may differ from the cone between its ends."""
+"""Part of its diameter by which a beam may differ from the cone that stands for it."""
 
 
-def _tapers_evenly(design: BeamDesign, nodes: np.ndarray, edges: np.ndarray, radii: np.ndarray) -> bool:
+@dataclass(frozen=True, eq=False)
+class ExplicitBeams:
+    """Every beam of a design that reaches into its box, in the axes of the box.
+
+    Attributes:
+        nodes, edges: (n, 3) mm and (m, 2).
+        radii: (m, 2) mm: each beam is the hull of balls of these radii.
+        balls: (n,) radius of a ball at each node, mm, 0 for none.
+    """
+
+    nodes: np.ndarray
+    edges: np.ndarray
+    radii: np.ndarray
+    balls: np.ndarray
+
+
+def _scale(design: BeamDesign) -> float:
+    """By how much the design was magnified."""
+    return float(np.cbrt(abs(np.linalg.det(design.matrix))))
+
+
+def _tapers_evenly(design: BeamDesign, beams: ExplicitBeams) -> bool:
     """Whether a diameter that is a Field varies as a cone does: along each beam evenly, and not across it."""
     if design.diameter is None or design.diameter.is_constant:
         return True
-    a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
-    along = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+    a, b = beams.nodes[beams.edges[:, 0]], beams.nodes[beams.edges[:, 1]]
+    length = np.linalg.norm(b - a, axis=1)
+    along = (b - a) / length[:, None]
     across = np.cross(along, np.eye(3)[np.argmin(np.abs(along), axis=1)])
     across /= np.linalg.norm(across, axis=1)[:, None]
+    sine = (beams.radii[:, 1] - beams.radii[:, 0]) / length
+    if (np.abs(sine) > 0.5).any():
+        return False
     for t in np.linspace(0.0, 1.0, 9):
-        expected = (1.0 - t) * radii[:, 0] + t * radii[:, 1]
+        expected = ((1.0 - t) * beams.radii[:, 0] + t * beams.radii[:, 1]) / np.sqrt(1.0 - sine**2)
         middle = a + t * (b - a)
         for side in (np.zeros_like(a), across, -across, np.cross(along, across), -np.cross(along, across)):
-            found = 0.5 * design.diameter(middle + expected[:, None] * side)
+            found = 0.5 * design.diameter((middle + expected[:, None] * side) @ design.turn.T)
             if np.any(np.abs(found - expected) > _TAPER * expected):
                 return False
     return True
-
-
-def _box(design: BeamDesign) -> tuple[np.ndarray, np.ndarray] | None:
-    return None if design.clip is None else (design.clip[0], design.clip[1])
 
 
 def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
@@ -134,40 +156,74 @@ def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
     from frep.skeleton import PeriodicSkeleton
 
     skeleton, node = design.skeleton, design.node_diameter
-    if not isinstance(skeleton, PeriodicSkeleton) or design.clip is None:
+    if not isinstance(skeleton, PeriodicSkeleton) or design.clip is None or not np.all(np.isfinite(design.clip)):
         return False
     if design.diameter is None or not design.diameter.is_constant or not (node is None or node.is_constant):
         return False
-    counts = (design.clip[1] - design.clip[0]) / skeleton.size
-    start = design.clip[0] / skeleton.size
-    whole = np.all(np.abs(counts - np.round(counts)) < 1e-9) and np.all(np.abs(start - np.round(start)) < 1e-9)
+    scale = _scale(design)
+    flip = np.array([np.sign(np.linalg.det(design.matrix)), 1.0, 1.0])
+    rotation = design.matrix / scale * flip
+    # From the axes of the box to those of the cells, which must be the same.
+    back = rotation.T @ design.turn
+    if not np.all(np.count_nonzero(np.abs(back) > 1e-9, axis=0) == 1):
+        return False
+    size = scale * skeleton.size
+    corners = design.clip @ np.round(back).T
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    counts = (high - low) / size
     number = np.round(counts).astype(int)
-    if not whole or number.min() < 1 or int(number.prod()) > step.MAX_CELLS:
+    if np.any(np.abs(counts - number) > 1e-9 * np.maximum(number, 1)) or number.min() < 1:
         return False
-    if len(skeleton.edges) * int(number.prod()) > 8 * step.MAX_BEAMS:
+    if int(number.prod()) > step.MAX_CELLS or len(skeleton.edges) * int(number.prod()) > 8 * _MOST_COPIED:
         return False
-    radius = 0.5 * design.diameter.data
-    ball = 0.0 if node is None else 0.5 * node.data
-    size = tuple(int(n) for n in number)
+    # Cells begin where the box does: what lies between is part of the cell.
+    begin = (low - rotation.T @ design.shift) / size
+    begin -= np.round(begin)
+    begin[np.abs(begin) < 1e-9] = 0.0
+    nodes = np.where(flip < 0.0, skeleton.size - skeleton.nodes, skeleton.nodes) * scale - begin * size
     step.write_cell_pattern_step(
-        path, skeleton.nodes, skeleton.edges, skeleton.size, radius, ball, (size[0], size[1], size[2]), design.clip[0]
+        path,
+        nodes,
+        skeleton.edges,
+        size,
+        0.5 * design.diameter.data,
+        0.0 if node is None else 0.5 * node.data,
+        (int(number[0]), int(number[1]), int(number[2])),
+        low,
+        turn=None if np.array_equal(rotation, np.eye(3)) else rotation,
     )
     return True
 
 
+_MOST_COPIED = 400
+"""Beams of whole cells that are written, in eighths."""
+
+
 def _save_explicit(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
     """Every beam by itself. False where there are too many, or they are no cylinders and cones."""
-    from frep.io import step
+    from frep.io import _brep, step
 
-    nodes, edges, radii, balls = explicit_beams(design)
-    if not 0 < len(edges) <= step.MAX_BEAMS or not _tapers_evenly(design, nodes, edges, radii):
+    beams = explicit_beams(design)
+    if not 0 < len(beams.edges) <= step.MAX_BEAMS or not _tapers_evenly(design, beams):
         return False
-    step.write_beams_step(path, nodes, edges, radii, balls, _box(design))
+    clip = None if design.clip is None else (design.clip[0], design.clip[1])
+    upright = np.array_equal(design.turn, np.eye(3))
+    turn = None if upright else design.turn
+    lattice = path, beams.nodes, beams.edges, beams.radii, beams.balls, clip
+    try:
+        step.write_beams_step(*lattice, swept=True, turn=turn)
+    except _brep.BrepError:
+        # Cones between discs at the nodes are thinner by so much; OpenCASCADE may unite them where it fails with hulls.
+        length = np.linalg.norm(np.diff(beams.nodes[beams.edges], axis=1)[:, 0], axis=1)
+        slope = np.ptp(beams.radii, axis=1) / length
+        if not 0.0 < slope.max() <= np.sqrt(2.0 * _TAPER):
+            raise
+        step.write_beams_step(*lattice, turn=turn)
     return True
 
 
-def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Every beam of a design that reaches into its clip box: nodes (n, 3), edges (m, 2), radii (m, 2), node radii (n,).
+def explicit_beams(design: BeamDesign) -> ExplicitBeams:
+    """Every beam of a design that reaches into its clip box.
 
     A diameter that is a Field is taken at the nodes; between them a beam tapers. Of a steady lattice that has more beams there
     than a STEP file holds, or balls without beams, there are none.
@@ -178,31 +234,61 @@ def explicit_beams(design: BeamDesign) -> tuple[np.ndarray, np.ndarray, np.ndarr
     skeleton = design.skeleton
     segments = skeleton.segments()
     ends = None if design.end_radii is None else design.end_radii[skeleton.edges]
-    lo, hi = skeleton.bounds if design.clip is None else design.clip
+    scale, unturn = _scale(design), np.linalg.inv(design.matrix)
+    widest = 0.0
+    lo, hi = skeleton.bounds
+    if design.clip is not None:
+        there = _corners(design.clip) @ design.turn.T
+        widest = _widest(design, there.min(axis=0), there.max(axis=0))
+        local = (there - design.shift) @ unturn.T
+        lo, hi = np.maximum(lo, local.min(axis=0)), np.minimum(hi, local.max(axis=0))
     if isinstance(skeleton, PeriodicSkeleton):
         if design.clip is None:
             raise ValueError("an infinite lattice has no explicit beams")
-        widest = _widest(design, lo, hi)
-        segments, ends = _unrolled(segments, ends, skeleton.size, lo - 0.5 * widest, hi + 0.5 * widest)
+        segments, ends = _unrolled(segments, ends, skeleton.size, lo - 0.5 * widest / scale, hi + 0.5 * widest / scale)
     elif isinstance(skeleton, SteadySkeleton):
         segments, ends = _instances(skeleton, design, lo, hi)
+    placed = segments @ design.matrix.T + design.shift
+    segments = placed @ design.turn
+    if design.clip is not None and isinstance(skeleton, PeriodicSkeleton):
+        meets = np.all(segments.max(axis=1) + 0.5 * widest >= design.clip[0], axis=1)
+        meets &= np.all(segments.min(axis=1) - 0.5 * widest <= design.clip[1], axis=1)
+        segments, placed = segments[meets], placed[meets]
+        ends = None if ends is None else ends[meets]
     points = segments.reshape(-1, 3)
     _, first, number = np.unique(np.round(points, 7), axis=0, return_index=True, return_inverse=True)
-    nodes = points[first]
+    nodes, places = points[first], placed.reshape(-1, 3)[first]
     edges = number.reshape(-1, 2)
-    radii = ends if ends is not None else 0.5 * design.diameter(nodes)[edges]  # type: ignore[misc]
+    radii = scale * ends if ends is not None else _hull_radii(nodes, edges, 0.5 * design.diameter(places))  # type: ignore[misc]
     if design.ball_radii is not None:
         balls = np.zeros(len(nodes))
-        np.maximum.at(balls, number.reshape(-1), design.ball_radii[skeleton.edges.reshape(-1)])
+        np.maximum.at(balls, number.reshape(-1), scale * design.ball_radii[skeleton.edges.reshape(-1)])
     else:
-        balls = np.zeros(len(nodes)) if design.node_diameter is None else 0.5 * design.node_diameter(nodes)
-    return nodes, edges, np.asarray(radii), balls
+        balls = np.zeros(len(nodes)) if design.node_diameter is None else 0.5 * design.node_diameter(places)
+    return ExplicitBeams(nodes, edges, np.asarray(radii), balls)
+
+
+def _hull_radii(nodes: np.ndarray, edges: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """(m, 2) radii of balls whose hulls are cones of about these radii (n,) at the nodes."""
+    a, b = edges.T
+    length = np.maximum(np.linalg.norm(nodes[b] - nodes[a], axis=1), 1e-300)
+    # A cone that falls by tan(q) a mm touches a ball smaller by cos(q); one ball serves all beams of a node.
+    share = 1.0 / np.hypot(1.0, (radii[a] - radii[b]) / length)
+    total, count = np.zeros(len(nodes)), np.zeros(len(nodes))
+    np.add.at(total, edges, share[:, None])
+    np.add.at(count, edges, 1.0)
+    return (radii * total / np.maximum(count, 1.0))[edges]
+
+
+def _corners(box: np.ndarray) -> np.ndarray:
+    return np.array([(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]])
 
 
 def _widest(design: BeamDesign, lo: np.ndarray, hi: np.ndarray) -> float:
     """The largest diameter of beams and nodes in a box."""
     if design.end_radii is not None:
-        return 2.0 * design.skeleton.scales[1] * float(design.end_radii.max())
+        balls = 0.0 if design.ball_radii is None else float(design.ball_radii.max())
+        return 2.0 * _scale(design) * design.skeleton.scales[1] * max(float(design.end_radii.max()), balls)
     return max(
         (float(f.bounds(lo, hi)[1]) for f in (design.diameter, design.node_diameter) if f is not None), default=0.0
     )
@@ -214,7 +300,8 @@ def _instances(
     """The beams (m, 2, 3) of a steady lattice that reach into a box, and the radii of cones; none if too many."""
     from frep.io import step
 
-    widest = _widest(design, low, high)
+    there = _corners(np.array([low, high])) @ design.matrix.T + design.shift
+    widest = _widest(design, there.min(axis=0), there.max(axis=0)) / _scale(design)
     radius = 0.5 * (float(np.linalg.norm(high - low)) + widest)
     none = np.zeros((0, 2, 3)), None if design.end_radii is None else np.zeros((0, 2))
     if design.end_radii is not None and len(skeleton.lone_nodes):

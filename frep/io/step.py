@@ -1,8 +1,9 @@
 """STEP files for CAD: small beam lattices as exact solids, any closed mesh as a faceted one.
 
 Promises: one valid solid where the lattice hangs together (else a compound), made of cylinders, cones, spheres and
-planes, whose volume has been checked against the beams it was made from. It is for parts of tens to hundreds of beams;
-a CAD program would choke on more.
+planes, in mm, whose volume has been checked against the beams it was made from and in the file. Hubs that are clear of
+each other are laid down in closed form (`frep/io/_net.py`); what overlaps or is cut by a box goes through OpenCASCADE's
+booleans. It is for parts of up to some thousand beams; a CAD program would choke on more.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,13 +20,18 @@ import numpy.typing as npt
 
 from frep.errors import ArgumentError, FileError, FrepError, TooLargeError
 from frep.io import _brep
+from frep.io._knots import WAYS, Beams, Halves, clipped_hubs
+from frep.io._shell import Placed, solids_of
 from frep.io.atomic import check_target, replacing
 
 if TYPE_CHECKING:
     from frep.mesh import Mesh
 
-MAX_BEAMS = 400
+MAX_BEAMS = 2000
 """Beams that `write_beams_step` takes."""
+
+MAX_UNITED = 400
+"""Beams of them that OpenCASCADE may have to unite."""
 
 MAX_CELLS = 512
 """Cells that `write_cell_pattern_step` takes."""
@@ -42,11 +49,15 @@ def write_beams_step(
     radii: npt.ArrayLike,
     node_radii: npt.ArrayLike | None = None,
     clip: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    *,
+    swept: bool = False,
+    turn: npt.ArrayLike | None = None,
 ) -> None:
     """Write beams as one exact solid: a cylinder or cone a beam, a ball a node.
 
     A node's ball is as large as the thickest beam that ends there, or as `node_radii` where that is larger, so that
-    joints are closed and free ends round.
+    joints are closed and free ends round. Where the beams of a node touch one ball and the next node's are clear of
+    them, their faces are laid down in closed form (`frep/io/_net.py`); OpenCASCADE unites what is left.
 
     Args:
         path: file name.
@@ -55,29 +66,110 @@ def write_beams_step(
         radii: (m, 2) radius at either end of each beam, mm.
         node_radii: (n,) radius of a ball at each node, mm, 0 for none of its own.
         clip: (lower corner, upper corner) of a box, mm; what sticks out is cut off.
+        swept: False for cones with discs of these radii at the nodes; True for the hulls of balls of these radii, as
+            the distance to a beam with one diameter a node has them. Cylinders are the same either way.
+        turn: (3, 3) rotation matrix, applied to everything, the box too, before it is written.
 
     Raises:
-        ArgumentError: wrong shapes, radii that are not positive, a beam without length, nothing left in the box.
+        ArgumentError: wrong shapes, radii that are not positive, a beam without length, nothing left in the box, a
+            matrix that is no rotation.
         TooLargeError: more than `MAX_BEAMS` beams.
         BrepError: OpenCASCADE makes no correct solid of them.
         FileError: the file cannot be written.
     """
-    points, pairs, thickness, balls = _checked_beams(nodes, edges, radii, node_radii)
+    beams = _checked_beams(nodes, edges, radii, node_radii, swept)
     box = None if clip is None else _checked_box(clip)
-    if len(pairs) > MAX_BEAMS:
+    rotation = _checked_turn(turn)
+    if len(beams.edges) > MAX_BEAMS:
         raise TooLargeError(
-            f"edges: {len(pairs):,} beams are too many for an exact STEP file, the limit is {MAX_BEAMS}; clip a "
+            f"edges: {len(beams.edges):,} beams are too many for an exact STEP file, the limit is {MAX_BEAMS}; clip a "
             "smaller part, or write a faceted one from a coarse mesh"
         )
     check_target(path)
-    _write_readable(path, lambda turn: _joined_knots(_Halves(points, pairs, thickness, balls), box, turn), "edges")
+    # Poles away from the beams first.
+    _write_readable(path, lambda way: _joined(beams, box, (way + 1) % _TURNS), "edges", rotation)
 
 
-def _joined_knots(halves: _Halves, box: _brep.Box | None, turn: int) -> Any:
-    """The knots of half beams, each united, glued to one shape."""
+def _joined(beams: Beams, box: _brep.Box | None, turn: int) -> Any:
+    """The hubs of some beams, those laid down and those united, glued to one shape, within the box."""
+    halves = Halves(beams)
+    knots = halves.knots()
+    crossing: list[int] = []
+    if box is not None:
+        where = {knot[0]: _where(*halves.pieces(knot).bounds(), box) for knot in knots}
+        knots = [knot for knot in knots if where[knot[0]] != "outside"]
+        crossing = [knot[0] for knot in knots if len(knot) == 1 and where[knot[0]] == "crossing"]
+    parts, left = [], crossing
+    if box is not None and crossing:
+        halves = _well_seamed(beams, crossing, box)
+        parts, left = clipped_hubs(halves, crossing, box)
+    whole = {knot[0] for knot in knots if len(knot) == 1} - set(crossing)
+    hubs = halves.hubs(sorted(whole))
+    made = set(hubs) | set(crossing) - set(left)
+    rest = [knot for knot in knots if knot[0] not in made]
+    united = int(np.isin(halves.node, [node for knot in rest for node in knot]).sum())
+    if united > 2 * MAX_UNITED:
+        raise _brep.BrepError(f"edges: {united:,} half beams overlap others; at most {2 * MAX_UNITED} can be united")
+    parts = _hub_solids(list(hubs.values())) + parts + _joined_knots(halves, rest, box, turn)
+    if not parts:
+        raise ArgumentError("clip: no beam reaches into the box; nothing is left to write")
+    return _brep.glue(parts, "edges") if rest or crossing else _brep.compound(parts)
+
+
+def _apart(halves: Halves, knot: list[int], place: Array) -> list[Any]:
+    """The hubs of a knot, each a solid by itself, about a place; none where one of them is no hub."""
+    hubs = halves.hubs(knot)
+    if len(hubs) < len(knot):
+        return []
+    alone = [Placed(h.center - place, h.hub, h.net, [(-1, -1)] * len(h.other)) for h in hubs.values()]
+    return solids_of(alone)
+
+
+_SAMPLE = 8
+"""Hubs by which it is told which seams suit a box."""
+
+
+def _well_seamed(beams: Beams, crossing: list[int], box: _brep.Box) -> Halves:
+    """Halves with seams by which OpenCASCADE cuts the most of some hubs."""
+    some = crossing[:: -(-len(crossing) // _SAMPLE)]
+    best, fewest = Halves(beams), len(some) + 1
+    for way in range(WAYS):
+        trial = Halves(beams, way)
+        _, missing = clipped_hubs(trial, some, box)
+        if len(missing) < fewest:
+            best, fewest = trial, len(missing)
+        if not missing:
+            break
+    return best
+
+
+def _where(low: Array, high: Array, box: _brep.Box) -> str:
+    if (high < box[0]).any() or (low > box[1]).any():
+        return "outside"
+    return "inside" if (low >= box[0]).all() and (high <= box[1]).all() else "crossing"
+
+
+def _hub_solids(hubs: list[Placed]) -> list[Any]:
+    """Hubs as solids, what hangs together in one.
+
+    Raises:
+        BrepError: a solid is not valid, or has not the volume of its hubs.
+    """
+    if not hubs:
+        return []
+    solids = solids_of(hubs)
+    shape = _brep.compound(solids)
+    expected = sum(placed.net.volume for placed in hubs)
+    if not (_brep.is_valid(shape) and abs(_brep.volume(shape) / expected - 1.0) < 1e-4):
+        raise _brep.BrepError("edges: the faces of the beams do not close")
+    return solids
+
+
+def _joined_knots(halves: Halves, knots: list[list[int]], box: _brep.Box | None, turn: int) -> list[Any]:
+    """Knots of half beams, each united, within the box."""
     known: dict[bytes, Any] = {}
     parts = []
-    for knot in halves.knots():
+    for knot in knots:
         pieces = halves.pieces(knot)
         place = pieces.center[0]
         what = f"edges: the beams round node {knot[0]}" + (f" and {len(knot) - 1} more" if len(knot) > 1 else "")
@@ -92,12 +184,11 @@ def _joined_knots(halves: _Halves, box: _brep.Box | None, turn: int) -> Any:
                 (box[0] - place, box[1] - place) if cut and box is not None else None,
                 what,
                 turn=turn,
+                ready=_apart(halves, knot, place) if len(knot) > 1 and turn == 1 else (),
             )
         if known[key] is not None:
             parts.append(_brep.moved(known[key], place))
-    if not parts:
-        raise ArgumentError("clip: no beam reaches into the box; nothing is left to write")
-    return _brep.glue(parts, "edges")
+    return parts
 
 
 def write_cell_pattern_step(
@@ -109,6 +200,8 @@ def write_cell_pattern_step(
     node_radius: float = 0.0,
     counts: tuple[int, int, int] = (1, 1, 1),
     origin: npt.ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    turn: npt.ArrayLike | None = None,
 ) -> None:
     """Write whole cells of a periodic lattice, cut off flat at the outer cell faces, as one exact solid.
 
@@ -124,6 +217,7 @@ def write_cell_pattern_step(
         node_radius: of a ball at every node, mm; 0 makes it as thick as its thickest beam.
         counts: cells along x, y, z; at most `MAX_CELLS` in all.
         origin: lower corner of the first cell, mm.
+        turn: (3, 3) rotation matrix, applied to the whole before it is written.
 
     Raises:
         ArgumentError, TooLargeError, BrepError, FileError: as `write_beams_step`.
@@ -144,37 +238,42 @@ def write_cell_pattern_step(
     n_edges = len(np.asarray(cell_edges))
     radii = np.broadcast_to(np.asarray(radius, np.float64).reshape(-1, 1), (n_edges, 2))
     node_radii = np.full(len(np.asarray(cell_nodes)), float(node_radius))
-    points, pairs, thickness, balls = _checked_beams(cell_nodes, cell_edges, radii, node_radii)
+    beams = _checked_beams(cell_nodes, cell_edges, radii, node_radii)
+    rotation = _checked_turn(turn)
     check_target(path)
 
-    pieces = _with_neighbours(points, pairs, thickness, balls, size)
+    pieces = _with_neighbours(beams.nodes, beams.edges, beams.radii, beams.balls, size)
 
-    def pattern(turn: int) -> Any:
-        cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turn=turn)
+    def pattern(way: int) -> Any:
+        cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turn=way)
         if cell is None:
             raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
         return _brep.glue([_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)], "counts")
 
-    _write_readable(path, pattern, "cell_edges")
+    _write_readable(path, pattern, "cell_edges", rotation)
 
 
 _TURNS = 4
 """Ways in which poles and seams of balls are tried."""
 
 
-def _write_readable(path: str | os.PathLike[str], make: Callable[[int], Any], what: str) -> None:
-    """Write a shape with balls as they are, or, where the file would be misread, with them turned.
+def _write_readable(
+    path: str | os.PathLike[str], make: Callable[[int], Any], what: str, rotation: Array | None
+) -> None:
+    """Write a shape, turned, with balls as they are, or, where the file would be misread, with their poles elsewhere.
 
     Raises:
-        BrepError: it is misread with every turn; `what` names it in the message.
+        BrepError: it is misread with every turn of the balls; `what` names it in the message.
     """
-    for turn in range(_TURNS - 1):
+    for way in range(_TURNS):
+        shape = make(way)
         try:
-            _write(path, make(turn), what)
+            _write(path, shape if rotation is None else _brep.turned(shape, rotation), what)
         except _MisreadError:
+            if way == _TURNS - 1:
+                raise
             continue
         return
-    _write(path, make(_TURNS - 1), what)
 
 
 class _MisreadError(_brep.BrepError):
@@ -212,77 +311,6 @@ def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int 
     if not _brep.is_valid(shape):
         raise _brep.BrepError("mesh: OpenCASCADE finds the faceted solid invalid; it may cut through itself")
     _write(path, shape)
-
-
-class _Halves:
-    """Each beam cut in the middle: two halves, each belonging to the node it ends in."""
-
-    def __init__(self, nodes: Array, edges: npt.NDArray[np.int64], radii: Array, balls: Array) -> None:
-        self.nodes = nodes
-        self.balls = balls
-        middle = 0.5 * (nodes[edges[:, 0]] + nodes[edges[:, 1]])
-        seam = _brep.seam_directions(nodes[edges[:, 1]] - nodes[edges[:, 0]])
-        self.node = edges.T.ravel()
-        self.end = np.concatenate([middle, middle])
-        self.radius = radii.T.ravel()
-        self.end_radius = np.tile(radii.mean(axis=1), 2)
-        self.seam = np.concatenate([seam, seam])
-
-    def knots(self) -> list[list[int]]:
-        """Groups of nodes whose half beams overlap those of no other group; a group of one is the usual case."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        n_halves = len(self.node)
-        i, j = np.triu_indices(n_halves, 1)
-        # The halves of one beam meet in a disc: no overlap, unless a ball reaches over the middle.
-        other = (self.node[i] != self.node[j]) & (j - i != n_halves // 2)
-        i, j = i[other], j[other]
-        reach = np.maximum(self.radius, self.end_radius)
-        near = _segment_distance(self.nodes[self.node[i]], self.end[i], self.nodes[self.node[j]], self.end[j])
-        meet = near < (reach[i] + reach[j]) * (1 + 1e-6)
-        pairs = [(self.node[i[meet]], self.node[j[meet]])]
-        for node in np.unique(self.node):
-            gap = _segment_distance(self.nodes[node], self.nodes[node], self.nodes[self.node], self.end)
-            hit = (gap < self.balls[node] + reach - 1e-6 * reach) & (self.node != node)
-            own = np.flatnonzero(self.node == node)
-            twin = (own + n_halves // 2) % n_halves
-            # Along its own beam the other half begins at the middle, flat.
-            hit[twin] = np.linalg.norm(self.end[own] - self.nodes[node], axis=1) <= self.balls[node]
-            pairs.append((np.full(int(hit.sum()), node), self.node[hit]))
-        rows, columns = (np.concatenate(ends) for ends in zip(*pairs, strict=True))
-        graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(self.nodes),) * 2)
-        _, label = connected_components(graph, directed=False)
-        used = np.unique(self.node)
-        return [used[label[used] == group].tolist() for group in np.unique(label[used])]
-
-    def pieces(self, knot: list[int]) -> _brep.Pieces:
-        """The half beams and balls of a group of nodes."""
-        own = np.isin(self.node, knot)
-        return _brep.Pieces(
-            start=self.nodes[self.node[own]],
-            end=self.end[own],
-            start_radius=self.radius[own],
-            end_radius=self.end_radius[own],
-            seam=self.seam[own],
-            center=self.nodes[knot],
-            ball=self.balls[knot],
-        )
-
-
-def _segment_distance(p: Array, q: Array, r: Array, s: Array) -> Array:
-    """(n,) distance of the segments pq and rs (Ericson, Real-Time Collision Detection, 5.1.9)."""
-    p, q, r, s = np.broadcast_arrays(*(np.atleast_2d(x) for x in (p, q, r, s)))
-    u, v, w = q - p, s - r, p - r
-    a, e, f = (u * u).sum(1), (v * v).sum(1), (v * w).sum(1)
-    b, c = (u * v).sum(1), (u * w).sum(1)
-    cross = a * e - b * b
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = np.where(cross > 1e-12 * a * e, np.clip((b * f - c * e) / cross, 0, 1), 0.0)
-        t = np.where(e > 0, (b * along + f) / e, 0.0)
-        clipped = np.clip(t, 0, 1)
-        along = np.where(a > 0, np.clip((b * clipped - c) / np.where(a > 0, a, 1), 0, 1), 0.0)
-    return np.linalg.norm(w + along[:, None] * u - clipped[:, None] * v, axis=1)
 
 
 def _shape_key(pieces: _brep.Pieces, place: Array, clip: _brep.Box | None) -> bytes:
@@ -355,7 +383,7 @@ def _selected(pieces: _brep.Pieces, beams: Any, balls: Any) -> _brep.Pieces:
     )
 
 
-def _checked_beams(nodes, edges, radii, node_radii) -> tuple[Array, npt.NDArray[np.int64], Array, Array]:
+def _checked_beams(nodes, edges, radii, node_radii, swept: bool = False) -> Beams:
     points = np.asarray(nodes, np.float64)
     pairs = np.asarray(edges)
     thickness = np.asarray(radii, np.float64)
@@ -381,7 +409,18 @@ def _checked_beams(nodes, edges, radii, node_radii) -> tuple[Array, npt.NDArray[
     # The same beam twice would be united with itself.
     _, first = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True)
     first.sort()
-    return points, pairs[first].astype(np.int64), thickness[first], balls
+    return Beams(points, pairs[first].astype(np.int64), thickness[first], balls, swept)
+
+
+def _checked_turn(turn) -> Array | None:
+    if turn is None:
+        return None
+    matrix = np.asarray(turn, np.float64)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise ArgumentError(f"turn: expected a (3, 3) rotation matrix, got {turn}")
+    if np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-9 or np.linalg.det(matrix) < 0.0:
+        raise ArgumentError(f"turn: expected a rotation, without scale or reflection; got {matrix.tolist()}")
+    return matrix
 
 
 def _checked_box(clip) -> _brep.Box:
@@ -483,6 +522,20 @@ def _faceted_shell(vertices: Array, faces: Any) -> Any:
     return shell
 
 
+def _name_product(model: Any, path: str | os.PathLike[str]) -> None:
+    """Let CAD programs call the part as the file, in the letters that every reader knows."""
+    from OCP.StepBasic import StepBasic_Product
+    from OCP.TCollection import TCollection_HAsciiString
+
+    name = Path(path).stem.encode("ascii", "replace").decode() or "part"
+    for number in range(1, model.NbEntities() + 1):
+        entity = model.Value(number)
+        if isinstance(entity, StepBasic_Product):
+            entity.SetName(TCollection_HAsciiString(name))
+            entity.SetId(TCollection_HAsciiString(name))
+            return
+
+
 def _write(path: str | os.PathLike[str], shape: Any, curved: str | None = None) -> None:
     """Write a shape; one of curved faces (`curved` names it in messages) is read again, and its volume compared.
 
@@ -508,6 +561,7 @@ def _write(path: str | os.PathLike[str], shape: Any, curved: str | None = None) 
         != IFSelect_ReturnStatus.IFSelect_RetDone
     ):
         raise _brep.BrepError("OpenCASCADE cannot express the solid in STEP; write a faceted STEP file (from a mesh)")
+    _name_product(writer.Model(), path)
     with replacing(path) as temporary:
         status = writer.Write(str(temporary))
         # The status is "done" on a full disk as well; the last line tells.

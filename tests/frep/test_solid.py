@@ -297,7 +297,7 @@ def test_infinite_bounds_stay_infinite_and_finite_sides_move():
 @settings(max_examples=30, deadline=None)
 @given(
     st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
-    st.floats(-7, 7),
+    st.floats(-6, 6),
     st.floats(0.1, 10),
     st.tuples(*[st.floats(-20, 20)] * 3),
 )

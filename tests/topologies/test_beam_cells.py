@@ -466,6 +466,7 @@ def test_a_cell_does_not_depend_on_how_it_is_written(name):
 
 BOX = [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, 10.0)]
 FRAME = [(0, 1), (0, 2), (0, 3)]
+GONE = [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0)]
 FAULTY = {
     "coincident nodes": (
         [*BOX, (0, 10, 0), (5, 5, 5)],
@@ -486,6 +487,16 @@ FAULTY = {
         [(0, 5, 5), (5, 5, 5), (10, 5.5, 5), (5, 0, 5), (5, 10, 5)],
         [(0, 1), (1, 2), (1, 3), (1, 4)],
         r"node 0 at .* and node 2 at \(10, 5\.5, 5\) mm face each other across the period in x .* by 0\.5 mm",
+    ),
+    "a beam longer than the period": (
+        [(0, 0, 0), (10.4, 0, 0)],
+        [(0, 1)],
+        r"node 0 at \(0, 0, 0\) mm and node 1 at \(10\.4, 0, 0\) mm face each other across the period in x .* by 0\.4 mm",
+    ),
+    "a beam shorter than the period": (
+        [(0.3, 0, 0), (10, 0, 0)],
+        [(0, 1)],
+        r"node 0 at \(0\.3, 0, 0\) mm and node 1 at \(10, 0, 0\) mm face each other across the period in x .* by 0\.3 mm",
     ),
     "overlap": (
         [*BOX, (4, 0, 0), (5, 5, 5)],
@@ -547,6 +558,17 @@ def test_loose_ends_are_warned_of():
     ]
     with pytest.warns(beams.DanglingBeamWarning, match="on the face x = 10, and none continues beyond it"):
         beams.cell([*BOX, (10, 4, 4)], [*FRAME, (1, 4)], size=10)
+
+
+def test_a_node_without_a_beam_is_warned_of():
+    """Its ball would hang in the air; a copy, a period away, of a node with beams is none."""
+    with pytest.warns(beams.DanglingBeamWarning, match=r"no beam ends at node 4 at \(3, 3, 3\) mm"):
+        topology = beams.cell([*BOX, (3, 3, 3)], FRAME, size=10)
+    assert [(fault.kind, fault.items) for fault in topology.check()] == [("lone node", (4,))]
+    assert topology.thicken(1, node=2).contains([(3, 3, 3)]).all()
+    with pytest.warns(beams.DanglingBeamWarning, match="no beam ends at node 4"):
+        beams.cell([*BOX, (13, -7, 3)], FRAME, size=10)
+    assert beams.cell([*BOX, (10, 10, 10)], FRAME, size=10).check() == []
 
 
 def test_parts_that_interpenetrate_are_told():
@@ -625,7 +647,20 @@ BAD = [
     (r"setback: expected 0 to 5 mm", ArgumentError, lambda: beams.truncated_octahedron(U, setback=6)),
     (r"angle: expected more than 0 and less than 0.7854 rad", ArgumentError, lambda: beams.reentrant(U, angle=1.0)),
     (r"\bangle\b", ArgumentError, lambda: beams.reentrant(U, angle=0)),
-    (r'pattern: expected one of "square"', ArgumentError, lambda: beams.columns(U, pattern="round")),  # type: ignore[arg-type]
+    (r"pattern: expected one of 'square'", ArgumentError, lambda: beams.columns(U, pattern="round")),  # type: ignore[arg-type]
+    (r"did you mean 'hexagonal'", ArgumentError, lambda: beams.columns(U, pattern="hexagon")),  # type: ignore[arg-type]
+    (
+        r"nodes: .* 2 of 4 nodes .* node 1: \[nan",
+        ArgumentError,
+        lambda: beams.cell([BOX[0], *GONE, BOX[3]], FRAME, size=U),
+    ),
+    (
+        r"edges: .* edge 1 joins 0 and 7 \(and 1 more\)",
+        ArgumentError,
+        lambda: beams.graph(BOX, [(0, 1), (0, 7), (9, 0)]),
+    ),
+    (r"edges: .* 1 of 2 edges .* edge 1", ArgumentError, lambda: beams.graph(BOX, [(0, 1), (0, math.nan)])),
+    (r"size: .* got 1 x 1 x 1, .* reach over 10 x 10 x 10 mm; .*edge 0", ArgumentError, lambda: beams.cell(BOX, FRAME)),
     (r"\bcell\b", ArgumentError, lambda: beams.kagome(0)),
     (r"\bcell\b", ArgumentError, lambda: beams.octet((1, 2, -3))),
     (r"\bcell\b", ArgumentTypeError, lambda: beams.hexagonal_honeycomb(X)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from scipy.integrate import quad
 
 import frep
 from frep import ArgumentError, ArgumentTypeError, EmptyError, Solid
-from topologies import beams
+from frep.arguments import DegreesWarning
+from topologies import beams, tpms
 
 RNG = np.random.default_rng(2)
 X, Y, Z = frep.coordinates()
@@ -89,6 +91,39 @@ def test_graph_edges_given_twice_count_once():
     assert len(twice.skeleton.edges) == 2
     points = RNG.uniform(-2, 7, (300, 3))
     np.testing.assert_array_equal(once.thicken(1, blend=0.4).field(points), twice.thicken(1, blend=0.4).field(points))
+
+
+def test_nodes_given_twice_are_warned_of():
+    """A list of segments, each with its own ends, looks right and falls into as many parts."""
+    nodes, edges = [(0, 0, 0), (5, 0, 0), (5, 0, 0), (5, 5, 0)], [(0, 1), (2, 3)]
+    with pytest.warns(beams.CoincidentNodesWarning, match=r"1 of 4 .* nodes 1 and 2 at \(5, 0, 0\) mm"):
+        apart = beams.graph(nodes, edges)
+    assert apart.connectivity().components == 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        one = frep.graphs.merged([apart.skeleton]).skeleton
+        assert beams.graph(one.nodes, one.edges).connectivity().components == 1
+
+
+def test_a_node_has_one_diameter_in_all_cells():
+    cubic = beams.simple_cubic(10)
+    with pytest.raises(ArgumentError, match=r"diameter: nodes 0 and 1 are one, a period apart, and have 1 and 3 mm"):
+        cubic.thicken([1, 3, 1, 1, 1, 1, 1, 1])
+    with pytest.raises(ArgumentTypeError, match="diameter"):
+        cubic.thicken([X] * 8)
+    with pytest.raises(ArgumentError, match=r"diameter: .* node 3 has nan"):
+        cubic.thicken([1, 1, 1, math.nan, 1, 1, 1, 1])
+    with pytest.raises(ArgumentError, match=r"node: nodes 0 and 7 "):
+        cubic.thicken(1, node=[2, 2, 2, 2, 2, 2, 2, 0])
+    points = np.random.default_rng(1).uniform(0, 10, (200, 3))
+    np.testing.assert_allclose(cubic.thicken([2] * 8).field(points), cubic.thicken(2).field(points), atol=1e-12)
+    # Thick at the hearts of the cells, and as the same beams written out.
+    centred = beams.bcc(10)
+    block = centred.over(((-10, -10, -10), (20, 20, 20)))
+    thick = [np.where(np.mod(t.skeleton.nodes, 10).any(axis=1), 3.0, 1.0) for t in (centred, block)]
+    np.testing.assert_allclose(
+        centred.thicken(thick[0]).field(points), block.thicken(thick[1]).field(points), atol=1e-12
+    )
 
 
 def test_node_balls_of_a_period_count_once():
@@ -389,6 +424,25 @@ def test_groups_that_were_moved_alike_combine():
 
 
 # --- refusals ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "turn",
+    [
+        lambda by: beams.bcc(5).rotate("z", by),
+        lambda by: frep.box((0, 0, 0), (1, 1, 1)).rotate("z", by),
+        lambda by: tpms.gyroid(5, rotation=("z", by)),
+    ],
+)
+def test_degrees_are_warned_of(turn):
+    """45 is a legal angle, of seven turns; a full turn and all below is taken without a word."""
+    with pytest.warns(DegreesWarning, match=r"45 rad is 7\.16 turns; .*math\.radians\(45\), which is 0\.7854 rad"):
+        turn(45)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        turn(-2.0 * math.pi)
+        turn(8 * (math.pi / 4))
+
 
 N2 = [(0, 0, 0), (1, 0, 0)]
 ONE = beams.graph(N2, [(0, 1)])

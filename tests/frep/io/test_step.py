@@ -205,7 +205,7 @@ def test_limits_state_the_count_and_the_limit(tmp_path):
     n = MAX_BEAMS + 1
     nodes = np.stack([np.arange(n + 1), 0 * np.arange(n + 1), 0 * np.arange(n + 1)], axis=1)
     edges = np.stack([np.arange(n), np.arange(n) + 1], axis=1)
-    with pytest.raises(TooLargeError, match=f"{n} beams.*{MAX_BEAMS}.*faceted"):
+    with pytest.raises(TooLargeError, match=f"{n:,} beams.*{MAX_BEAMS}.*faceted"):
         write_beams_step(tmp_path / "a.step", nodes, edges, np.full((n, 2), 0.1))
     with pytest.raises(TooLargeError, match=r"1,000 cells.*512"):
         write_cell_pattern_step(tmp_path / "a.step", BCC_NODES, BCC_EDGES, 10, 1.0, counts=(10, 10, 10))
