@@ -34,9 +34,6 @@ GROUP = "frep.topologies"
 FORMS = {"thicken": "diameter", "sheet": "thickness", "solid": "bias", "inverse": "bias", "twin": "thickness"}
 """The methods by which a topology becomes a Solid, and the argument of each that says how much of it."""
 
-_SAMPLES = 48
-"""Samples of a period along each side of a cube as large: fractions to about 0.003, 0.005 where many edges meet."""
-
 
 class CatalogueWarning(UserWarning):
     """Topologies that a package announces, but that cannot be loaded; they are left out."""
@@ -462,7 +459,7 @@ def told(parameter: EntryParameter) -> str:
 
 
 def fraction_of(solid: Solid, period: Any) -> float:
-    """Share of space that a periodic solid fills: one period sampled, each sample counted as in `frep.measure`.
+    """Share of space that a periodic solid fills: how many of the places spread through a period are in it.
 
     Args:
         solid: fills all space.
@@ -475,14 +472,9 @@ def fraction_of(solid: Solid, period: Any) -> float:
         >>> round(fraction_of(layers, (4, 4, 4)), 3)
         0.25
     """
-    size = np.asarray(period, float)
-    count = np.maximum(np.round(_SAMPLES * size / np.prod(size) ** (1 / 3)).astype(int), _SAMPLES // 2)
-    axes = [(np.arange(n) + 0.5) * p / n for n, p in zip(count, size, strict=True)]
-    values = solid.field(np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)).reshape(tuple(count))
-    steps = [0.5 * (np.roll(values, -1, axis) - np.roll(values, 1, axis)) for axis in range(3)]
-    slope = np.sqrt(sum(np.square(step) for step in steps))
-    s = np.clip(values / np.maximum(slope, 1e-20), -1.0, 1.0)
-    return float((0.5 + s * (0.625 * s * s - 1.125)).mean())
+    from .places import share_within
+
+    return share_within(solid, period)
 
 
 def _plain(value: Any) -> Any:

@@ -180,12 +180,12 @@ def cut_out(skeleton: Skeleton, region: Solid | np.ndarray) -> GraphSkeleton:
         beams, shifts = _candidates(skeleton, box)
         moved = shifts * skeleton.size
         ends = skeleton.edges[beams]
-        kept = _come_in(skeleton.nodes[ends[:, 0]] + moved, skeleton.nodes[ends[:, 1]] + moved, box)
+        kept = come_in(skeleton.nodes[ends[:, 0]] + moved, skeleton.nodes[ends[:, 1]] + moved, box)
         if kept.any():
             return repeated(skeleton.nodes, skeleton.edges, skeleton.size, beams[kept], shifts[kept]).skeleton
     else:
         ends = skeleton.segments()
-        kept = _come_in(ends[:, 0], ends[:, 1], box)
+        kept = come_in(ends[:, 0], ends[:, 1], box)
         if kept.any():
             return _without_unused(skeleton.nodes, skeleton.edges[kept])[0]
     raise EmptyError(f"region: no beam comes into the box from {box[0]} to {box[1]} mm")
@@ -207,8 +207,8 @@ def _candidates(skeleton: PeriodicSkeleton, box: np.ndarray) -> tuple[np.ndarray
     return beams, shifts + first[beams]
 
 
-def _come_in(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Which segments have more than an end in a closed box."""
+def come_in(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Which segments, from a to b (n, 3), have more than an end in a closed (2, 3) box."""
     if not len(a):
         return np.zeros(0, bool)
     size = float(max((box[1] - box[0]).max(), np.abs(b - a).max()))

@@ -100,7 +100,7 @@ def from_image(
     Args:
         image: an array of shape (nx, ny, nz); or the path of an image with its own spacing (`.vti`, `.mha`, `.nrrd`,
             `.dcm` ...), or a pyvista ImageData; or a list of paths of equal pictures (`.png`, `.tif` ...), the slices
-            along z.
+            along z, or of one. Rows run along y from the first, columns along x.
         array: which array of the file; not needed where there is one.
         spacing: distance of the voxels in mm, one number or three (x, y, z); a file may have its own, which this
             replaces.
@@ -128,7 +128,11 @@ def from_image(
     nan, label, turned = checked_nan(nan), "image", np.eye(3)
     if isinstance(image, str | os.PathLike):
         label = Path(image).name
-        image = dataset(image, "image")
+        if Path(image).suffix.lower() in _FLAT:
+            # What VTK would read with a spacing of 1 that nobody gave, and upside down.
+            image, axes = _pictures([image], pages=True), "zyx"
+        else:
+            image = dataset(image, "image")
     if hasattr(image, "point_data"):
         image, own_spacing, own_origin, first, turned = _image_data(image, array)
         spacing = own_spacing if spacing is None else spacing
@@ -143,6 +147,10 @@ def from_image(
         volume = volume.transpose(2, 1, 0)
     start = np.zeros(3) if origin is None else vector(origin, "origin")
     return grid_field(volume, _spacing(spacing), start, nan=nan, label=label, name="image", turned=turned)
+
+
+_FLAT = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pnm", ".pgm", ".ppm")
+"""Pictures, which have pixels and no mm."""
 
 
 def _spacing(spacing: Any) -> np.ndarray:
@@ -190,8 +198,9 @@ def checked_nan(nan: Any) -> float | str | None:
     return nan if nan is None or isinstance(nan, str) else real(nan, "nan", "the unit of the data")
 
 
-def _pictures(paths: Sequence[Any]) -> np.ndarray:
-    """(slices, rows, columns) grey values."""
+def _pictures(paths: Sequence[Any], *, pages: bool = False) -> np.ndarray:
+    """(slices, rows, columns) grey values; `pages`: of one file, which may hold a stack of slices."""
+    import tifffile
     from skimage.io import imread
 
     slices = []
@@ -199,9 +208,13 @@ def _pictures(paths: Sequence[Any]) -> np.ndarray:
         if not Path(path).is_file():
             raise FileError(f"image: there is no file {os.fspath(path)!r}")
         try:
-            picture = np.asarray(imread(path), dtype=np.float32)
+            # A stack of three or four pages scikit-image takes for a picture in colours.
+            read = tifffile.imread if pages and Path(path).suffix.lower() in (".tif", ".tiff") else imread
+            picture = np.asarray(read(path), dtype=np.float32)
         except Exception as error:
             raise FileError(f"image: cannot read {os.fspath(path)!r}: {error}") from error
+        if pages and picture.ndim == 3 and picture.shape[2] > 4:
+            return picture
         if picture.ndim == 3 and picture.shape[2] <= 4:
             # Colours, and perhaps how opaque they are, after them.
             picture = picture[..., : 3 if picture.shape[2] >= 3 else 1].mean(axis=2)

@@ -388,6 +388,9 @@ def table(
     for i in range(len(at) - 1):
         share = clip((along - float(at[i])) / float(at[i + 1] - at[i]), 0.0, 1.0)
         result = result + float(held[i + 1] - held[i]) * share
+    if not (np.all(np.diff(held) >= 0.0) or np.all(np.diff(held) <= 0.0)):
+        # Limited to what it keeps to anyway: a sum has wider bounds than its values.
+        result = clip(result, float(held.min()), float(held.max()))
     return _read(result, options)
 
 

@@ -20,6 +20,7 @@ from frep import (
 )
 from frep.arguments import box_of, positive, real, sizes, suggestion
 from frep.field import topological
+from frep.places import PLACES, share_within
 
 from .laws import table
 
@@ -151,11 +152,8 @@ def _gaussian(grid: Any, width: float) -> Any:
 
 # --- volume fraction ---------------------------------------------------------------------------------------
 
-_SAMPLES = 110_000
-"""Places in a period: the share of them in the material is that of the volume within 0.0015, mostly within 0.0005."""
-
-_FEWER = 8
-"""One in so many of them is looked at to find how far the width goes."""
+_FEWER = PLACES // 8
+"""So many places are looked at to find how far the width goes."""
 
 _KNOTS = 12
 _TABLE = 4096
@@ -180,7 +178,8 @@ def volume_fraction_curve(
     Raises:
         ArgumentTypeError: something that is no topology, a function that gives no Solid, an option that the method does
             not take or that varies.
-        ArgumentError: no such form, an unknown period, or widths far beyond it.
+        ArgumentError: no such form, an unknown period (of a topology whose cells differ, such as a transition, as well), or
+            widths far beyond it.
 
     Example:
         >>> from topologies import beams
@@ -221,7 +220,8 @@ def thickness_for(
         mm, or the bias: a float for a number, a Field otherwise. The fraction is met within 0.005.
 
     Raises:
-        ArgumentError: a fraction that no width reaches; the message gives the reachable interval.
+        ArgumentError: a fraction that no width reaches; the message gives the reachable interval. A topology without a
+            period, whose cells differ: give each of its parents, or `cell`, the box from the origin that is to be measured.
 
     Example:
         >>> from topologies import beams
@@ -315,13 +315,15 @@ def _is_square(widths: np.ndarray, fractions: np.ndarray) -> bool:
 class _Body:
     """A topology with a width: what is measured."""
 
-    def __init__(self, make: Callable[[float], Any], period: np.ndarray, from_nothing: bool) -> None:
+    def __init__(
+        self, make: Callable[[float], Any], period: np.ndarray, from_nothing: bool, axes: np.ndarray | None = None
+    ) -> None:
         self.make = make
         self.period = period
+        self.axes = axes
+        """Directions of the period's sides, as columns, if they are not those of space."""
         self.from_nothing = from_nothing
         """Widths begin at 0; otherwise a bias may be negative."""
-        self.places = period * _spread(_SAMPLES)
-        self.fewer = period * _spread(_SAMPLES // _FEWER)
         self._known: dict[tuple[float, int], float] = {}
 
     def fraction(self, width: float, *, roughly: bool = False) -> float:
@@ -329,8 +331,8 @@ class _Body:
         if self.from_nothing and width <= 0.0:
             # What is there without a width, such as node balls of a size of their own.
             width = 1e-6 * float(self.period.min())
-        places = self.fewer if roughly else self.places
-        if (width, len(places)) not in self._known:
+        places = _FEWER if roughly else PLACES
+        if (width, places) not in self._known:
             with warnings.catch_warnings():
                 # Sealed channels are for the one who builds with them.
                 warnings.simplefilter("ignore")
@@ -339,8 +341,8 @@ class _Body:
                 raise ArgumentTypeError(
                     f"topology: expected a function that gives a Solid for a width in mm, it gave {type(solid).__name__}"
                 )
-            self._known[width, len(places)] = float((solid.field(places) < 0.0).mean())
-        return self._known[width, len(places)]
+            self._known[width, places] = share_within(solid, self.period, places, self.axes)
+        return self._known[width, places]
 
     def curve(self) -> tuple[np.ndarray, np.ndarray]:
         """A dozen widths from nothing to a full cell, or as near to these as it gets, and their fractions.
@@ -383,18 +385,6 @@ class _Body:
         return False
 
 
-def _spread(count: int) -> np.ndarray:
-    """(count, 3) places in a unit cube, spread evenly and in no rows: walls along the axes are measured as others are.
-
-    Multiples of the powers of 1 / g, with g**4 = g + 1 (Roberts 2018, after Niederreiter 1992), in an order in which
-    those near each other follow each other.
-    """
-    g = 1.2207440846057596
-    places = np.mod(0.5 + np.arange(1, count + 1)[:, None] * g ** -np.arange(1.0, 4.0), 1.0)
-    i, j, k = np.floor(places * round((count / 100) ** (1 / 3))).T
-    return places[np.lexsort((k, j, i))]
-
-
 def _body(topology: Any, form: str | None, cell: Any, options: dict[str, Any]) -> _Body:
     """What to measure: how to make it, its period, and whether it starts from nothing."""
     own = _period(topology)
@@ -422,7 +412,8 @@ def _body(topology: Any, form: str | None, cell: Any, options: dict[str, Any]) -
         return _Body(lambda w: topology(w, **options), sizes(period, "cell"), from_nothing=True)
     if period is None:
         raise ArgumentError(
-            f"cell: {topology!r} does not tell its period; give the cell in mm, or use a periodic topology"
+            f"cell: {topology!r} has no period that it could tell; give a periodic topology, or the cell in mm: the box from "
+            "the origin that is measured"
         )
     name = form or known[0]
     method: Any = getattr(topology, name, None)
@@ -436,14 +427,23 @@ def _body(topology: Any, form: str | None, cell: Any, options: dict[str, Any]) -
             raise ArgumentTypeError(
                 f"{option}: {name} takes no such argument; it takes {', '.join(taken)}{suggestion(option, taken)}"
             )
-    return _Body(lambda w: method(w, **options), sizes(period, "cell"), from_nothing=name in ("thicken", "sheet"))
+    from_nothing = name in ("thicken", "sheet")
+    return _Body(lambda w: method(w, **options), sizes(period, "cell"), from_nothing, _axes(topology))
 
 
 _FORMS = ("thicken", "sheet", "solid", "inverse", "twin")
 
 
+def _axes(topology: Any) -> np.ndarray | None:
+    """The directions of the sides of a topology's period, as columns; None for those of space."""
+    placement = getattr(topology, "placement", None)
+    if placement is not None:
+        return (placement.apply(np.eye(3)) - placement.apply(np.zeros((1, 3)))).T
+    return getattr(topology, "axes", None)
+
+
 def _period(topology: Any) -> Any:
-    if getattr(topology, "aperiodic", False):
+    if getattr(topology, "aperiodic", False) or not getattr(topology, "repeats", True):
         return None
     # A surface made of cells that differ has a period longer than its cell.
     for name in ("period", "cell"):

@@ -73,8 +73,9 @@ def assemble(
 ) -> BeamTopology:
     """One graph of several lattices, each in a region of its own (LF-rep 6.2, equations 3.16 to 3.18).
 
-    The beams of each lattice that come into `over` are taken whole, and cut where their region ends. Regions are
-    closed: a beam in the plane between two belongs to both, and is kept once where both have it.
+    The beams of each lattice that come into `over` are taken whole, and cut where their region ends; what is left of
+    them wholly beyond `over` goes. Regions are closed: a beam in the plane between two belongs to both, and is kept
+    once where both have it.
 
     Args:
         parts: pairs of a topology and its region: a Solid, bounded or not (`frep.half_space`), or None for everywhere.
@@ -86,7 +87,8 @@ def assemble(
         An explicit topology; its `report` is a `Transition`.
 
     Raises:
-        ArgumentError: no parts, an infinite `over`, an unknown bridge, a reach not positive, or none for graphs.
+        ArgumentError: no parts, an infinite `over`, an unknown bridge, a reach not positive or without a bridge, or none for
+            graphs.
         ArgumentTypeError: parts that are not pairs of a topology and a Solid or None.
         EmptyError: a lattice has no beam in its region; the message says which.
 
@@ -107,9 +109,11 @@ def assemble(
     body = over if isinstance(over, Solid) else None
     if bridge not in (None, "nearest"):
         raise ArgumentError(f'bridge: expected "nearest" or None, got {bridge!r}')
+    if reach is not None and bridge is None:
+        raise ArgumentError(f'reach: expected bridge="nearest" with it, got {reach!r} and no bridge')
     longest = _reach(members, reach) if bridge else 0.0
     wholes = [_taken(topology, box, i) for i, topology in enumerate(members)]
-    pieces = [_in_region(whole, region, i) for i, (whole, region) in enumerate(zip(wholes, regions, strict=True))]
+    pieces = [_in_region(whole, region, box, i) for i, (whole, region) in enumerate(zip(wholes, regions, strict=True))]
     union = graphs.merged([piece.skeleton for piece in pieces])
     met = _meeting(union, pieces, regions, _Extent(box, body, graphs.tolerance_of(box)))
     skeleton, bridges = union.skeleton, 0
@@ -201,14 +205,27 @@ def _taken(topology: BeamTopology, box: np.ndarray, place: int) -> GraphSkeleton
     return found
 
 
-def _in_region(whole: GraphSkeleton, region: Solid | None, place: int) -> graphs.Trimmed:
+def _in_region(whole: GraphSkeleton, region: Solid | None, box: np.ndarray, place: int) -> graphs.Trimmed:
     if region is None:
         nobody = np.zeros(0, np.int64)
         return graphs.Trimmed(whole, nobody, np.arange(len(whole.nodes)), np.arange(len(whole.edges)))
     try:
-        return graphs.trimmed(whole, region)
+        return _coming_in(graphs.trimmed(whole, region), box)
     except EmptyError:
         raise EmptyError(f"parts: the lattice at place {place + 1} has no beam in its region {region!r}") from None
+
+
+def _coming_in(piece: graphs.Trimmed, box: np.ndarray) -> graphs.Trimmed:
+    """Without what is left, beyond the box, of beams that came into it elsewhere: it would hang in the air."""
+    ends = piece.skeleton.segments()
+    kept = graphs.come_in(ends[:, 0], ends[:, 1], box)
+    if kept.all():
+        return piece
+    if not kept.any():
+        raise EmptyError("parts: no beam in the region")
+    used, number = np.unique(piece.skeleton.edges[kept], return_inverse=True)
+    left = GraphSkeleton(piece.skeleton.nodes[used], number.reshape(-1, 2))
+    return graphs.Trimmed(left, np.flatnonzero(np.isin(used, piece.cut)), piece.nodes[used], piece.beams[kept])
 
 
 @dataclass(frozen=True, eq=False)

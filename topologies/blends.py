@@ -17,8 +17,15 @@ from frep.redistance import distance_over
 
 from .variants import PER_CELL, REACH, PeriodicSurface, fixed_box, in_box
 
-_FADE = 0.05
-"""Share of the other surface up to which a blend passes from the distance of its parent to that of the blend."""
+_FADE = 0.01
+"""Share of the other surface up to which a blend passes from the distance of its parent to that of the blend: walls there are
+between both, so that much more of it thins them; much less leaves a step on them."""
+_FINER, _BUDGET = 2.0, 1_000_000
+"""Across a narrow gap surfaces bend more sharply than their parents: nodes up to so much closer, as long as they are no more."""
+_LOOKS = 17
+"""Places along each side of the box at which walls that vary are held against what the parents have room for."""
+_ALONE = 0.05
+"""Share of the other up to which a parent's channels are what its own would be."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -34,6 +41,11 @@ class Blend(PeriodicSurface):
     parents: tuple[PeriodicSurface, PeriodicSurface]
     share: Field
     border: Field | None = None
+
+    @property
+    def repeats(self) -> bool:
+        """A share that is the same all over mixes cells of two sizes, in general; any other, cells that differ."""
+        return False
 
     @cached_property
     def steepness(self) -> float:
@@ -57,6 +69,8 @@ class Blend(PeriodicSurface):
         first, second = (parent.distance for parent in self.parents)
         if gap is None:
             return where(self.share < 0.5, first, second)
+        room = float(np.prod(gap[1] - gap[0]))
+        step = max(step / _FINER, min(step, (room / _BUDGET) ** (1 / 3)))
         asked = where(minimum(self.share, 1.0 - self.share) > 0.0, REACH * max(max(p.cell) for p in self.parents), 0.0)
         between = in_box(self.over, distance_over(self.level, gap, asked, step), self.first_order)
         return self._faded(first, between, second)
@@ -86,16 +100,29 @@ class Blend(PeriodicSurface):
         halves = minimum(maximum(first, self.border), maximum(second, -self.border))
         return minimum(halves, maximum(first, second))
 
-    def _check_wall(self, t: Field, b: Field, *, sheet: bool) -> None:
-        super()._check_wall(t, b, sheet=sheet)
-        if t.is_constant and b.is_constant:
-            for parent in self.parents:
-                parent._check_wall(t, b, sheet=sheet)
+    def _check_wall(self, t: Field, b: Field, *, sheet: bool, at: np.ndarray | None = None) -> None:
+        if at is None:
+            super()._check_wall(t, b, sheet=sheet)
+        for parent, places in self._used(t, b, at):
+            parent._check_wall(t, b, sheet=sheet, at=places)
 
-    def _check_side(self, b: Field, *, keeps: int) -> None:
-        if b.is_constant:
-            for parent in self.parents:
-                parent._check_side(b, keeps=keeps)
+    def _check_side(self, b: Field, *, keeps: int, at: np.ndarray | None = None) -> None:
+        for parent, places in self._used(b, b, at):
+            parent._check_side(b, keeps=keeps, at=places)
+
+    def _used(self, one: Field, other: Field, at: np.ndarray | None) -> list[tuple[PeriodicSurface, np.ndarray | None]]:
+        """Each parent, and places in `over` where it stands nearly alone: None for numbers, which are the same all over. Of laws
+        that vary, without a box, nothing is known."""
+        if one.is_constant and other.is_constant and at is None:
+            return [(parent, None) for parent in self.parents]
+        if at is None and self.over is None:
+            return []
+        if at is None:
+            axes = [np.linspace(lo, hi, _LOOKS) for lo, hi in zip(*self.over, strict=True)]  # type: ignore[misc]
+            at = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+        share = self.share(at)
+        alone = [(self.parents[0], at[share < _ALONE]), (self.parents[1], at[share > 1.0 - _ALONE])]
+        return [(parent, places) for parent, places in alone if len(places)]
 
 
 def blend(

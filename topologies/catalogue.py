@@ -169,8 +169,9 @@ def doe(
     entry = describe(name)
     asked = _asked(entry, variants)
     walls, biases = _listed(thickness, "thickness"), _listed(bias, "bias")
-    if not walls and {"thin", "twin"} & set(asked):
-        raise ArgumentError(f"thickness: {' and '.join(v for v in asked if v in ('thin', 'twin'))} needs one, in mm")
+    walled = [v for v in asked if v in ("thin", "twin")]
+    if walled and not walls:
+        raise ArgumentError(f"thickness: {' and '.join(walled)} {'need' if len(walled) > 1 else 'needs'} one, in mm")
     for wall in walls:
         frep.arguments.width(wall, "thickness")
     lists = {key: _values_of(entry, key, value) for key, value in parameters.items()}

@@ -26,7 +26,11 @@ from .catalogue_table import KNOWN
 _P = EntryParameter
 
 _MEANINGS: dict[str, EntryParameter] = {
+    "foams.cell": _P(
+        "", 0, low=0, above=True, unit="mm", help="the period along x; one number, cells keep their shape"
+    ),
     "noise.cell_size": _P("", 0, low=0, above=True, unit="mm", help="distance of the nodes, or length of the waves"),
+    "spinodal.repeat": _P("", 0, 2, 8, help="the period in cells"),
     "noise.random_state": _P("", 0, help="a whole number, with which the same comes out each time", required=True),
 } | {
     p.name: p
@@ -111,7 +115,7 @@ _MEANINGS: dict[str, EntryParameter] = {
         _P("start", 0, help="index of the first cluster"),
     )
 }
-"""Units, ranges and meanings of parameters by name, or module and name; defaults come from the functions."""
+"""Units, ranges and meanings of parameters by name, or function or module and name; defaults come from the functions."""
 
 _NATURAL: dict[str, Any] = {
     "phase": (0.0, 0.0, 0.0),
@@ -139,8 +143,9 @@ _SOURCES = {
     "kelvin": "Thomson (Kelvin) 1887",
     "rhombic": "the Voronoi cells of FCC (Kepler 1611)",
     "closed_cubes": "Gibson and Ashby 1997",
-    "delaunay": "LF-rep section 7; Delaunay 1934",
-    "voronoi_walls": "LF-rep section 7; Voronoi 1908",
+    "voronoi": "LF-rep 3.4; Voronoi 1908",
+    "delaunay": "LF-rep 3.4; Delaunay 1934",
+    "voronoi_walls": "LF-rep 3.4; Voronoi 1908",
     "fibres": "Kendall and Moran 1963, random lines",
     "perlin": "Perlin 2002, improved noise, SIGGRAPH",
 }
@@ -177,7 +182,8 @@ def parameters_of(function: Callable[..., Any], leave_out: Iterable[str] = ()) -
     for name, default in found.items():
         if name in leave_out:
             continue
-        about = _MEANINGS.get(f"{module}.{name}") or _MEANINGS.get(name) or EntryParameter(name, 0)
+        keys = (f"{function.__name__}.{name}", f"{module}.{name}", name)
+        about = next((_MEANINGS[key] for key in keys if key in _MEANINGS), EntryParameter(name, 0))
         required = default is inspect.Parameter.empty or (default is None and about.required)
         known = {k: getattr(about, k) for k in ("low", "high", "unit", "help", "choices", "of_cell", "above")}
         value: Any = "" if required else default

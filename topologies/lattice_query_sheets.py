@@ -11,7 +11,6 @@ import frep
 from frep import Solid
 from frep.arguments import positive, sizes
 from frep.errors import warn
-from frep.redistance import distance_over
 from frep.solid import Feature
 
 from . import tpms
@@ -19,8 +18,6 @@ from .lattice_query_laws import Law, Sample, checked_range, one_of, whole_counts
 from .variants import PeriodicSurface, SealedChannelWarning
 
 _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
-_NODES = 40
-"""Samples of the distance along a cell of a transition."""
 
 
 class SolidCellsWarning(UserWarning):
@@ -163,8 +160,9 @@ def transition_layer(
         the gyroid, P, the transition. They are cut from one wall: their union is one part.
 
     The level is (1 - w) gyroid + w P, with w a smoothstep across the gap, and the wall is measured along the normal of its
-    surface (lf-rep 6.4). Differs from LatticeQuery, whose plates leave gaps and edges: the middles of P's necks lie where
-    LatticeQuery's patches end, half a cell from the gyroid, and the block starts at the origin in every direction.
+    surface, as that of any two surfaces `blended` (lf-rep 6.4). Differs from LatticeQuery, whose plates leave gaps and edges:
+    the middles of P's necks lie where LatticeQuery's patches end, half a cell from the gyroid, and the block starts at the
+    origin in every direction.
 
     Raises:
         ArgumentError: an unknown direction, rule or sample; sizes that are not positive; min above max; no cells.
@@ -189,12 +187,13 @@ def transition_layer(
             f"{gyroid.pinch * u:.3g} mm",
             SealedChannelWarning,
         )
-    x = frep.coordinates()[0]
-    w = frep.clip(2.0 * x / u - 1.0, 0.0, 1.0)
+    schwarz = tpms.schwarz_p(u, phase=(math.pi, 0.0, 0.0))
+    w = frep.clip(2.0 * frep.coordinates()[0] / u - 1.0, 0.0, 1.0)
     w = w * w * (3.0 - 2.0 * w)
-    level = (1.0 - w) * gyroid.level + w * tpms.schwarz_p(u, phase=(math.pi, 0.0, 0.0)).level
+    # `blended` divides each level by its mean slope: of this share it is zero where (1 - w) gyroid + w P is.
+    share = w * schwarz.steepness / ((1.0 - w) * gyroid.steepness + w * schwarz.steepness)
     # One period of it, in its own axes; what follows puts it in place.
-    one = distance_over(level, ((0.0, 0.0, 0.0), (1.5 * u, u, u)), 0.5 * thick + u / _NODES, u / _NODES)
+    one = gyroid.blended(schwarz, share, over=((0.0, 0.0, 0.0), (1.5 * u, u, u))).distance
     local = [frep.coordinates()[i] for i in order]
     along = local[0] if direction[1] == "+" else 1.5 * u - local[0]
     distance = one.substitute(along, local[1] % u, local[2] % u)

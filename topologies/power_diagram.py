@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, EmptyError, Field
+from frep.arguments import refuse_nan
 from frep.errors import warn
 
 from . import seeds as seeding
@@ -87,7 +88,8 @@ def checked_weights(weights: Any, number: int) -> np.ndarray | None:
         raise ArgumentTypeError(f"weights: expected {number} radii in mm, one for each seed, got {weights!r}")
     if radii.shape != (number,):
         raise ArgumentError(f"weights: expected {number} radii in mm, one for each seed, got shape {radii.shape}")
-    bad = np.flatnonzero(~((radii >= 0.0) & np.isfinite(radii)))
+    refuse_nan(radii, "weights", "seed")
+    bad = np.flatnonzero(radii < 0.0)
     if len(bad):
         raise ArgumentError(f"weights: expected radii >= 0 mm, got {radii[bad[0]]:g} of seed {bad[0]}")
     return np.sqrt((radii.max() - radii) * (radii.max() + radii))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from frep import ArgumentError, ArgumentTypeError, EmptyError, Field, FieldLike, Solid, as_field, maximum
-from frep.arguments import direction, real, suggestion, width
+from frep.arguments import direction, real, refuse_nan, suggestion, width
 from frep.solid import require_bounded
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def on_density(body: Solid, density: FieldLike, *, random_state: RandomState) ->
     lo, hi = require_body(body)
     law = positive_law(density, "density", "seeds a mm3")
     random = generator(random_state)
-    most = law.data if law.is_constant else 1.05 * float(law(probes(body)).max())
+    most = law.data if law.is_constant else 1.05 * float(_probed(law, body, "density").max())
     if not most > 0.0:
         raise ArgumentError("density: expected more than 0 seeds a mm3 somewhere in the body")
     while True:
@@ -162,7 +162,7 @@ def poisson_disk(body: Solid, distance: FieldLike, *, random_state: RandomState,
     law = width(distance, "distance")
     random = generator(random_state)
     wrap = hi - lo if periodic else None
-    least = law.data if law.is_constant else 0.95 * float(law(probes(body)).min())
+    least = law.data if law.is_constant else 0.95 * float(_probed(law, body, "distance").min())
     if not least > 0.0:
         raise ArgumentError(f"distance: expected more than 0 mm everywhere in the body, got {least:g}")
     if periodic and not law.is_constant:
@@ -223,8 +223,10 @@ def packed_balls(body: Solid, radii: Any, *, random_state: RandomState, periodic
         sizes = np.array(np.nan)
     if sizes.ndim != 1 or not len(sizes):
         raise ArgumentTypeError(f"radii: expected a list of radii in mm, got {radii!r}")
-    if not np.all((sizes > 0.0) & np.isfinite(sizes)):
-        raise ArgumentError(f"radii: expected more than 0 mm, got {sizes[~((sizes > 0.0) & np.isfinite(sizes))][0]:g}")
+    refuse_nan(sizes, "radii", "ball")
+    if not np.all(sizes > 0.0):
+        ball = int(np.argmax(sizes <= 0.0))
+        raise ArgumentError(f"radii: expected more than 0 mm, got {sizes[ball]:g} of ball {ball}")
     sensible(len(sizes), "radii")
     random = generator(random_state)
     wrap = hi - lo if periodic else None
@@ -396,7 +398,7 @@ def _cell_sizes(body: Solid, cell_size: FieldLike | None, density: FieldLike | N
     else:
         assert density is not None
         law = positive_law(density, name, "cells a mm3")
-    held = np.array([law.data]) if law.is_constant else law(probes(body))
+    held = np.array([law.data]) if law.is_constant else _probed(law, body, name)
     unit = "mm" if density is None else "cells a mm3"
     low = float(held.min())
     if low < 0.0 or (low == 0.0 and density is None) or not held.max() > 0.0:
@@ -440,8 +442,9 @@ def checked_seeds(body: Solid, seeds: Any, least: int, periodic: bool = False) -
         raise ArgumentTypeError(
             f"seeds: expected an (n, 3) array of points in mm, got {type(seeds).__name__}"
         ) from None
-    if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
-        raise ArgumentError(f"seeds: expected an (n, 3) array of finite points in mm, got shape {points.shape}")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ArgumentError(f"seeds: expected an (n, 3) array of points in mm, got shape {points.shape}")
+    refuse_nan(points, "seeds", "seed")
     if len(points) < least:
         raise ArgumentError(f"seeds: expected at least {least} points, got {len(points)}")
     # On the surface will do: seeds of a lattice lie on the faces of its box.
@@ -512,6 +515,20 @@ def probes(body: Solid) -> np.ndarray:
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     inside = points[body.field(points) <= 0.0]
     return inside if len(inside) else points
+
+
+def _probed(law: Field, body: Solid, name: str) -> np.ndarray:
+    """The values of a law on a grid of the body, none of them NaN."""
+    points = probes(body)
+    values = law(points)
+    bad = np.isnan(values)
+    if bad.any():
+        x, y, z = points[np.argmax(bad)]
+        raise ArgumentError(
+            f"{name}: expected numbers, it is NaN at {int(bad.sum()):,} of {len(points):,} places in the body, the first "
+            f"({x:g}, {y:g}, {z:g}) mm"
+        )
+    return values
 
 
 def positive_law(value: FieldLike | Callable[..., Any], name: str, unit: str) -> Field:

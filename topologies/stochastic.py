@@ -133,11 +133,14 @@ def delaunay(
     relax: int = 0,
     periodic: bool = False,
     overhang: float = 0.0,
+    connected: bool = True,
 ) -> BeamTopology:
     """The edges of the Delaunay tetrahedra of seeds in a body: a stiff network of some 15 beams a node.
 
-    Arguments and errors as for `voronoi`; `cell_size` is of the Voronoi cells, one a node. Where seeds lie on a sphere,
-    as in a grid, one of the ways to cut up what they span is taken, the same for its neighbours: no two beams cross.
+    Arguments, errors and warnings as for `voronoi`; `cell_size` is of the Voronoi cells, one a node. Edges between seeds
+    on both sides of a notch in the body end at its surface; what they leave loose in it goes unless `connected` is
+    False. Where seeds lie on a sphere, as in a grid, one of the ways to cut up what they span is taken, the same for
+    its neighbours: no two beams cross.
 
     Example:
         >>> import frep
@@ -151,7 +154,8 @@ def delaunay(
     _require_volume(points)
     side = float((np.prod(np.ptp(body.bounds, axis=0)) / len(points)) ** (1 / 3))
     pairs = power_diagram.delaunay_edges(points, np.arange(len(points)), side)
-    return BeamTopology(_clipped(points, pairs, body, reach, size / _STEPS), "delaunay")
+    graph = _clipped(points, pairs, body, reach, size / _STEPS)
+    return BeamTopology(_largest_piece(graph, size) if connected else graph, "delaunay")
 
 
 def voronoi_walls(

@@ -26,6 +26,7 @@ from frep import (
     ArgumentError,
     Field,
     FieldLike,
+    FunctionError,
     Solid,
     as_field,
     constant,
@@ -129,7 +130,7 @@ class PeriodicSurface:
         Raises:
             ArgumentError: a drop that varies and no `over`, so that there is no distance known beforehand.
         """
-        if self.over is not None and not (self.steady and self.blend is None and _rigid(self.place)):
+        if self.over is not None and not (self.steady and self.blend is None and self.axes is not None):
             near = distance_over(self.level, self.over, REACH * max(self.cell), min(self.cell) / PER_CELL)
             return in_box(self.over, near, self.first_order)
         if not self.steady:
@@ -204,6 +205,20 @@ class PeriodicSurface:
         return _depths(bare.value, self.period)
 
     @property
+    def repeats(self) -> bool:
+        """Whether all cells are alike: no Field shapes or stretches it, and each axis has its period."""
+        return self.steady and self.blend is None and not self.aperiodic and self.axes is not None
+
+    @cached_property
+    def axes(self) -> np.ndarray | None:
+        """(3, 3) the directions of the sides of the cell, as columns; None where it is not only moved and turned."""
+        slopes = [c.derivatives() for c in self.place]
+        if not all(slope.is_constant for row in slopes for slope in row):
+            return None
+        turn = np.array([[float(slope.data) for slope in row] for row in slopes])
+        return turn.T if np.allclose(turn @ turn.T, np.eye(3), atol=1e-9) else None
+
+    @property
     def pinch(self) -> float:
         """The thinnest sheet that seals a channel, of the smallest side of the cell."""
         depths = self.depths
@@ -231,9 +246,9 @@ class PeriodicSurface:
             share: how much of the other, from 0 to 1 (and limited to it): a number, a Field or a function of position. See
                 `graded.transition` for one that changes across a plane.
             over: a bounded Solid, or two corners in mm: thickness is then true in that box, from distances that are made
-                once, where the share lies between 0 and 1, in about a second a million nodes (32 along a cell). Beyond the
-                box, or without one, it is right to first order between the two surfaces, W / |grad W|; or W as "range" has
-                it, where that is the scale of both and there is no box.
+                once, where the share lies between 0 and 1, in about a second a million nodes (32 along a cell, up to 64 across a
+                narrow gap). Beyond the box, or without one, it is right to first order between the two surfaces, W / |grad W|;
+                or W as "range" has it, where that is the scale of both and there is no box.
             border: for a share that switches: a Field in mm, zero where it does and negative on this surface's side. Bodies
                 then end in exact faces there, where the other one has none.
 
@@ -264,7 +279,8 @@ class PeriodicSurface:
 
         Args:
             thickness: full wall in mm: a number, a Field or a function of position. Where a Field asks for more than the
-                cell has room for, the cell is full; where for 0 mm or less, empty.
+                cell has room for, the cell is full; where for 0 mm or less, empty. Warned of as far as the Field's bounds
+                tell, all over or in `over`.
             bias: mm by which the middle of the wall is moved to the positive side, alike.
 
         Raises:
@@ -331,19 +347,20 @@ class PeriodicSurface:
 
     # --- limits --------------------------------------------------------------------------------------------------------
 
-    def _check_wall(self, t: Field, b: Field, *, sheet: bool) -> None:
-        (thin, thick), (low, high) = _ends(t), _ends(b)
-        if thick <= 0.0:
+    def _check_wall(self, t: Field, b: Field, *, sheet: bool, at: np.ndarray | None = None) -> None:
+        """`at`, (n, 3): where the surface is used, if it is not all over; then what is wrong there is only warned of."""
+        (thin, thick), (low, high) = self._ends(t, at), self._ends(b, at)
+        if at is None and thick <= 0.0:
             raise ArgumentError(f"thickness: expected more than 0 mm somewhere, got a Field of at most {thick:g} mm")
         depths = self.depths
         if depths is None:
             return
-        if 0.5 * thin - high >= depths.full[0] and 0.5 * thin + low >= depths.full[1]:
+        if at is None and 0.5 * thin - high >= depths.full[0] and 0.5 * thin + low >= depths.full[1]:
             raise ArgumentError(
                 f"thickness: a {'wall' if sheet else 'gap'} of {thin:g} mm {'fills' if sheet else 'takes all of'} the cell of "
                 f"{self!r}; expected less than {2.0 * max(depths.full):.3g} mm"
             )
-        if sheet and (low - 0.5 * thick >= depths.full[1] or high + 0.5 * thick <= -depths.full[0]):
+        if at is None and sheet and (low - 0.5 * thick >= depths.full[1] or high + 0.5 * thick <= -depths.full[0]):
             raise ArgumentError(f"bias: {low:g} mm leaves nothing of {self!r}; expected {_between(depths)}")
         if _reaches(0.5 * thick - low, 0.5 * thin - high, depths.pinch[0]) or _reaches(
             0.5 * thick + high, 0.5 * thin + low, depths.pinch[1]
@@ -359,12 +376,12 @@ class PeriodicSurface:
             else:
                 warn(f"thickness: a gap of {wall:g} mm leaves loose pieces of {self!r}; {limit}", LoosePiecesWarning)
 
-    def _check_side(self, b: Field, *, keeps: int) -> None:
+    def _check_side(self, b: Field, *, keeps: int, at: np.ndarray | None = None) -> None:
         depths = self.depths
         if depths is None:
             return
-        low, high = _ends(b)
-        if low >= depths.full[1] or high <= -depths.full[0]:
+        low, high = self._ends(b, at)
+        if at is None and (low >= depths.full[1] or high <= -depths.full[0]):
             rest = "all" if (low > 0.0) == (keeps == 0) else "nothing"
             raise ArgumentError(f"bias: {low:g} mm leaves {rest} of {self!r}; expected {_between(depths)}")
         # Which sides fall into pockets: the positive one where the bias takes too much of it, and the reverse.
@@ -373,6 +390,21 @@ class PeriodicSurface:
             warn(f"bias: what is left of {self!r} is loose pieces", LoosePiecesWarning)
         if closed[1 - keeps]:
             warn(f"bias: the channels of {self!r} are sealed", SealedChannelWarning)
+
+    def _ends(self, law: Field, at: np.ndarray | None) -> tuple[float, float]:
+        """The least and largest value of a law at places; without any, what its bounds tell, in `over` if there is one."""
+        if law.is_constant:
+            return law.data, law.data
+        if at is not None:
+            try:
+                values = law(at)
+            except FunctionError:
+                # What a function does not know is told where the part is sampled.
+                return -np.inf, np.inf
+            values = values[np.isfinite(values)]
+            return (float(values.min()), float(values.max())) if len(values) else (-np.inf, np.inf)
+        low, high = (float(end) for end in law.bounds(*(_EVERYWHERE if self.over is None else np.array(self.over))))
+        return (low if low == low else -np.inf), (high if high == high else np.inf)
 
 
 def fixed_box(over: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -386,21 +418,8 @@ def in_box(box: tuple[tuple[float, ...], tuple[float, ...]], near: Field, beyond
     return where(box_distance(np.array(box[0]), np.array(box[1])) <= 0.0, near, beyond)
 
 
-def _rigid(place: tuple[Field, Field, Field]) -> bool:
-    """Whether the cell is only moved and turned."""
-    return all(slope.is_constant for c in place for slope in c.derivatives())
-
-
 def _between(depths: Depths) -> str:
     return f"a bias between {-depths.full[0]:.3g} and {depths.full[1]:.3g} mm"
-
-
-def _ends(field: Field) -> tuple[float, float]:
-    """The least and largest value that a Field can have, as far as its bounds tell."""
-    if field.is_constant:
-        return field.data, field.data
-    low, high = (float(end) for end in field.bounds(*_EVERYWHERE))
-    return (low if low == low else -np.inf), (high if high == high else np.inf)
 
 
 def _reaches(most: float, least: float, limit: float) -> bool:

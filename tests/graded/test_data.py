@@ -170,8 +170,29 @@ def test_a_stack_of_pictures(tmp_path):
         from_image([tmp_path / "pages.tif"], spacing=1)
     with pytest.raises(FileError, match=r"9\.png"):
         from_image([*paths, tmp_path / "9.png"], spacing=1)
-    with pytest.raises(ArgumentError, match="spacing"):
-        from_image(paths)
+    for unknown in (paths, paths[0], tmp_path / "pages.tif"):
+        with pytest.raises(ArgumentError, match="spacing"):
+            from_image(unknown)
+    with pytest.raises(FileError, match=r"9\.png"):
+        from_image(tmp_path / "9.png", spacing=1)
+
+
+def test_one_picture_lies_as_a_stack_of_them_does(tmp_path):
+    """And a file of several pages as their array."""
+    from skimage.io import imsave
+
+    values = RNG.integers(0, 255, (3, 4, 6)).astype(np.uint8)
+    imsave(tmp_path / "one.png", values[0], check_contrast=False)
+    imsave(tmp_path / "all.tif", values, check_contrast=False)
+    points = RNG.uniform((0, 0, 0), (5, 6, 10), (50, 3))
+    one, listed = (from_image(source, spacing=(1, 2, 5)) for source in (tmp_path / "one.png", [tmp_path / "one.png"]))
+    np.testing.assert_array_equal(one(points), listed(points))
+    assert one((4, 2 * 1, 0)) == values[0, 1, 4]
+    pages, array = (
+        from_image(tmp_path / "all.tif", spacing=(1, 2, 5)),
+        from_image(values, spacing=(1, 2, 5), axes="zyx"),
+    )
+    np.testing.assert_array_equal(pages(points), array(points))
 
 
 def test_nan_is_counted_and_placed():

@@ -225,6 +225,7 @@ def test_bounds_enclose_and_gradients_match_differences(law):
         (sine("x", 4, 3, 5), 1, 7),
         (table("x", np.arange(100.0), 1 + np.sin(np.arange(100.0)) ** 2), 1, 2),
         (table("x", [0, 1, 5], [1, 3, 4], smooth=True), 1, 4),
+        (table("x", [0, 1, 5, 9], [1, 3, 2, 5]), 1, 5),
     ],
 )
 def test_bounds_over_all_space_are_those_of_the_values(law, least, most):

@@ -9,9 +9,10 @@ import pytest
 
 import frep
 from frep import ArgumentError, ArgumentTypeError
-from graded import thickness_for, volume_fraction_curve
+from graded import thickness_for, transition, volume_fraction_curve
 from topologies import beams, foams, noise, stochastic, tpms
 from topologies import seeds as seeding
+from topologies.catalogue import describe
 
 X = frep.coordinates()[0]
 BOX = frep.box((0, 0, 0), (20, 20, 20))
@@ -85,6 +86,14 @@ def test_balls_of_their_own_size_are_there_without_beams(fraction):
         thickness_for(lattice, 0.5 * balls, node=3.0)
 
 
+def test_the_catalogue_measures_alike():
+    """Walls in the planes of a grid, and of two in one."""
+    for entry, width in ((describe("closed_cubes"), 0.1), (describe("double_gyroid"), 1.6), (describe("bcc"), 2.0)):
+        form = entry.forms[0]
+        _, fractions = volume_fraction_curve(entry.sample, [width], form=form)
+        assert entry.fraction(form, width) == pytest.approx(fractions[0], abs=1e-9)
+
+
 def test_spinodal_walls():
     structure = noise.spinodal(5, repeat=2, random_state=1)
     assert measured(structure.sheet(thickness_for(structure, 0.2)), structure.period, 60) == pytest.approx(
@@ -115,6 +124,37 @@ def test_whole_multiples_of_the_period_will_do_others_not():
 def test_bad_input(error, text, call):
     with pytest.raises(error, match=text):
         call()
+
+
+@pytest.mark.parametrize("turn", [("z", 0.5), ((1, 1, 0), 0.9)])
+def test_cells_are_measured_along_their_own_axes(turn):
+    """A box of space would hold parts of cells only: 0.005 off, and more where cells are flat."""
+    for cell in (10, (6, 8, 12)):
+        for make, turned in (
+            (tpms.gyroid, lambda c: tpms.gyroid(c, rotation=turn)),
+            (beams.octet, lambda c: beams.octet(c).rotate(*turn)),
+        ):
+            _, (moved,) = volume_fraction_curve(turned(cell), [1.0])
+            _, (still,) = volume_fraction_curve(make(cell), [1.0])
+            assert moved == pytest.approx(still, abs=5e-5)
+
+
+def test_cells_that_differ_have_no_fraction_of_their_own():
+    pair = transition(tpms.gyroid(8), tpms.schwarz_p(8), plane=((4, 0, 0), "x"), width=4)
+    varying = [
+        pair,
+        tpms.gyroid(8, phase=(X / 20, 0, 0)),
+        tpms.gyroid(8, phase=(0, frep.sin(X / 20), 0)),
+        tpms.gyroid(8, drop_x=frep.clip(X / 20, 0, 1), scale="gradient"),
+        tpms.primitive_gyroid_diamond(frep.clip(X / 20, 0, 1.4), 8),
+    ]
+    for surface in varying:
+        with pytest.raises(ArgumentError, match="no period"):
+            thickness_for(surface, 0.3)
+    assert tpms.gyroid(8).repeats
+    # A box of them has one.
+    _, (fraction,) = volume_fraction_curve(pair, [0.8], cell=(8, 8, 8))
+    assert fraction == pytest.approx(measured(pair.sheet(0.8), (8, 8, 8), 60), abs=0.005)
 
 
 def test_a_surface_without_a_third_period_has_no_fraction_of_its_own():

@@ -163,11 +163,59 @@ def test_walls_in_the_gap(second):
     assert np.abs(both.distance(points)).max() < 0.02
 
 
+@pytest.mark.parametrize("second", [PRIMITIVE, tpms.schwarz_d(cell=U)], ids=["P", "D"])
+def test_walls_across_a_quarter_of_a_cell(second):
+    """Where the surface bends most sharply: a tenth of the cell along normals, in nine tenths of all places to 2 %."""
+    both = across(0.25 * U, second=second, over=BOX)
+    points, normals = on_surface(both.level, RNG.uniform((MIDDLE - 1, 1, 1), (MIDDLE + 1, 11, 11), (4000, 3)))
+    within = np.abs(points - (MIDDLE, 6, 6)) < (1, 5.5, 5.5)
+    points, normals = points[within.all(axis=1)], normals[within.all(axis=1)]
+    assert len(points) > 1000
+    # All that the caliper meets on its way must be wall.
+    reach = np.linspace(-0.4, 0.4, 41)
+    field = both.sheet(0.8).field((points[:, None] + reach[:, None] * normals[:, None]).reshape(-1, 3))
+    short = np.clip(field.reshape(len(points), -1).max(axis=1), 0.0, None)
+    assert np.quantile(short, 0.9) < 0.02 * 0.8
+    assert np.quantile(short, 0.95) < 0.04 * 0.8
+
+
 def test_thickness_may_vary_and_features_are_kept():
     law = frep.clip(0.4 + 0.02 * X, 0.4, 1.0)
     part = across(U, over=BOX).sheet(law) & BOX
     assert part.features[0].width is law
     assert part.mesh(voxel=0.2).check().closed
+
+
+def test_walls_that_vary_are_held_against_the_parent_that_they_belong_to():
+    """The diamond's channels pinch at 0.35 of the cell, P's at 0.47: 3.2 mm are too much for the one and not for the other."""
+    both = graded.transition(tpms.schwarz_d(cell=U), PRIMITIVE, plane=PLANE, width=4, over=BOX)
+    again = graded.transition(both, GYROID, plane=((20, 0, 0), "x"), width=2, over=BOX)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        both.sheet(graded.linear("x", 0, 24, 1.0, 3.6))
+        both.sheet(lambda x, y, z: 1 + 0.1 * x)
+        again.sheet(graded.linear("x", 0, 24, 1.0, 3.4))
+        both.solid(graded.linear("x", 0, 24, 0.0, 1.8))
+    for call, wall, name in [
+        (lambda: both.sheet(graded.linear("x", 0, 24, 3.2, 1.0)), "3.2", "schwarz_d"),
+        (lambda: both.sheet(lambda x, y, z: 3.2 - 0.05 * x), "3.2", "schwarz_d"),
+        (lambda: both.sheet(graded.linear("x", 0, 24, 1.0, 4.0)), "4", "schwarz_p"),
+        (lambda: again.sheet(graded.linear("x", 0, 24, 1.0, 3.6)), "3.6", "gyroid"),
+    ]:
+        with pytest.warns(tpms.SealedChannelWarning, match=rf"wall of {wall} mm seals .*{name}"):
+            call()
+    with pytest.warns(tpms.SealedChannelWarning, match="schwarz_d"):
+        both.solid(graded.linear("x", 0, 24, 1.5, 0.0))
+    mixed = graded.mixture([(tpms.schwarz_d(cell=U), (0, 6, 6)), (PRIMITIVE, (24, 6, 6))], sharpness=0.02, over=BOX)
+    with pytest.warns(tpms.SealedChannelWarning, match="schwarz_d"):
+        mixed.sheet(graded.linear("x", 0, 24, 3.2, 1.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # What a law does not know beyond the part is not asked for yet.
+        both.sheet(0.5 * frep.sqrt(X - 6))
+        both.sheet(frep.foreign(lambda x, y, z: np.where(x < 20, 1.0, np.nan)))
+    with pytest.warns(tpms.SealedChannelWarning, match="gyroid"):
+        tpms.gyroid(cell=U, over=BOX).sheet(lambda x, y, z: 1 + 0.15 * x)
 
 
 def test_ranges_mix_as_ranges():
@@ -239,6 +287,29 @@ def test_overlaps_hold_where_morphs_part():
     points = RNG.uniform(*BOX.bounds, (4000, 3))
     for side, alone in ((points[:, 0] < MIDDLE - U / 2 - 1, first), (points[:, 0] > MIDDLE + U / 2 + 1, second)):
         np.testing.assert_array_equal(both.contains(points[side]), alone.contains(points[side]))
+
+
+def test_a_morph_that_parts_in_a_box_says_so():
+    first, second = beams.fcc(cell=U).thicken(1.2), PRIMITIVE.sheet(0.8)
+    with pytest.warns(frep.DisconnectedWarning, match=r'fall into \d+ pieces, .*how="overlap"'):
+        part = graded.transition(first, second, plane=PLANE, width=U, over=BOX)
+    # A switch in the middle of a cell, where no beam ends.
+    with pytest.warns(frep.DisconnectedWarning, match="fall into 2 pieces"):
+        graded.transition(first, second, plane=PLANE, over=BOX)
+    assert part.report.main_share == pytest.approx(
+        graded.connection_report(part & BOX, voxel=part.report.voxel).main_share
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert graded.transition(first, second, plane=PLANE, width=U, over=BOX, how="overlap").report.is_connected
+        assert graded.transition(first, second, plane=((16, 0, 0), "x"), over=BOX).report.is_connected
+        # Two pieces that were two before.
+        thin, thick = GYROID.twin(1.0), GYROID.twin(2.0)
+        assert len(graded.transition(thin, thick, plane=PLANE, width=U, over=BOX).report.pieces) >= 2
+        # A box too large for its walls to be seen, and one with nothing in it.
+        assert graded.transition(first, second, plane=PLANE, width=U, over=((0, 0, 0), (900, 900, 900))).report is None
+        empty = frep.sphere((0, 0, 0), 1)
+        assert graded.transition(empty, empty, plane=PLANE, width=1, over=((20, 0, 0), (24, 4, 4))).report is None
 
 
 # --- beams -----------------------------------------------------------------------------------------------------------------

@@ -132,6 +132,22 @@ def test_lattices_that_miss_are_told_and_bridged(shift, reach):
         assemble(parts, over=over, bridge="nearest", reach=1e-3)
 
 
+def test_nothing_is_left_wholly_beyond_the_part():
+    """A beam cut in two may have its one half in the part and the other beyond: that one would be a loose piece."""
+    n, over = np.array([1.0, 0.3, 0.2]), np.array([(0, 0, 0), (40, 30, 30)])
+    one, other = (frep.half_space(tuple(s * n), (20, 15, 15)) for s in (1, -1))
+    parts = [(beams.bcc(5), one), (beams.bcc(5).rotate("z", 0.4), other)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DisconnectedWarning)
+        lattice = assemble(parts, over=over)
+        joined = assemble(parts, over=over, bridge="nearest", reach=4)
+    a, b = lattice.skeleton.segments().transpose(1, 0, 2)
+    t = np.linspace(0, 1, 201)[:, None, None]
+    within = np.all((a + t * (b - a) >= over[0] - 1e-3) & (a + t * (b - a) <= over[1] + 1e-3), axis=2)
+    assert within.any(axis=0).all()
+    assert (joined.report.components, joined.report.dangling) == (1, 0)
+
+
 def test_each_region_has_its_own_lattice():
     """Away from the border the solid of the union is that of one lattice or the other."""
     parts = bain(U, 4)
@@ -214,6 +230,7 @@ BOX = ((0, 0, 0), (10, 10, 10))
         ("over", frep.UnboundedError, lambda: assemble([(beams.bcc(4), REGION)], over=REGION)),
         ("bridge", ArgumentError, lambda: assemble([(beams.bcc(4), REGION)], over=BOX, bridge="all")),
         ("reach", ArgumentError, lambda: assemble([(beams.bcc(4), REGION)], over=BOX, bridge="nearest", reach=-1)),
+        ("reach", ArgumentError, lambda: assemble([(beams.bcc(4), REGION)], over=BOX, reach=2)),
         ("reach", ArgumentError, lambda: assemble([(beams.bcc(4).over(BOX), None)], over=BOX, bridge="nearest")),
         ("cells", ArgumentError, lambda: cell_map([beams.bcc], [[0]])),
         ("cells", ArgumentError, lambda: cell_map([beams.bcc], [[[1]]])),

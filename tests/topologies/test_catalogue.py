@@ -147,6 +147,36 @@ def test_everything_is_listed():
     assert len(names()) == len(set(names())) == len(ENTRIES)
 
 
+@periodic
+def test_cells_are_cuboid_where_it_is_said(entry):
+    said = any(p.name == "cell" and "three for cuboid" in p.help for p in entry.parameters)
+    options = {p.name: 0.5 for p in entry.parameters if p.name == "t"}
+    if said:
+        assert entry.build(cell=(4.0, 6.0, 9.0), **options) is not None
+    else:
+        with pytest.raises(frep.ArgumentTypeError, match="cell"):
+            entry.build(cell=(4.0, 6.0, 9.0), **options)
+
+
+@every
+def test_the_ends_of_every_range_are_taken(entry):
+    """The ends of every range of a number are taken, and what is beyond is refused before it is made."""
+    options = dict(entry.example)
+    options |= {p.name: 0.5 for p in entry.parameters if p.name == "t"}
+    for p in entry.parameters:
+        if p.low is None and p.high is None:
+            continue
+        scale = 10.0 if p.of_cell else 1.0
+        for end, beyond in ((p.low, -1), (p.high, 1)):
+            if end is None or (p.name, end) in (("angle", p.high), ("octaves", p.high), ("relax", p.high)):
+                continue  # angles go as far as the cell has room; the others take long
+            kind = int if isinstance(p.default, int) or p.name == "number" else float
+            if not (p.above and end == p.low):
+                assert entry.build(**{**options, p.name: kind(scale * end)}) is not None
+            with pytest.raises(ArgumentError, match=rf"^{p.name}\b"):
+                entry.build(**{**options, p.name: kind(scale * end + beyond)})
+
+
 @every
 def test_every_entry_is_documented(entry):
     assert entry.summary.endswith(".")

@@ -311,6 +311,26 @@ def test_a_transition_is_one_wall_from_gyroid_to_p():
     assert found.components == 1
 
 
+def test_the_halves_of_a_transition_are_the_surfaces_themselves():
+    """To the last digit; and between them the middle of the wall is where (1 - w) gyroid + w P is zero (lf-rep 6.4)."""
+    u, phase = 20.0, (math.pi, 0.0, 0.0)
+    gyroid, schwarz = tpms.gyroid(u, phase=phase), tpms.schwarz_p(u, phase=phase)
+    half, other, between = transition_layer(1.0, 1.0, u, 1, 1)
+    for part, surface, start in ((half, gyroid, 0.0), (other, schwarz, 20.0)):
+        points = RNG.uniform((start + 0.1, 1, 1), (start + 9.9, 19, 19), (2000, 3))
+        points = points[np.abs(surface.distance(points)) < 0.8]
+        assert len(points) > 50
+        box = frep.box((start, 0, 0), (start + 10, u, u))
+        np.testing.assert_array_equal(part.field(points), (surface.sheet(1.0) & box).field(points))
+    points = RNG.uniform((11, 2, 2), (19, 18, 18), (40_000, 3))
+    t = (points[:, 0] - 10) / 10
+    w = t * t * (3 - 2 * t)
+    level = (1 - w) * gyroid.level(points) + w * schwarz.level(points)
+    on = points[np.abs(level) < 2e-3]
+    assert len(on) > 20
+    np.testing.assert_allclose(between.field(on), -0.5, atol=0.02)
+
+
 @pytest.mark.parametrize("direction", ["Y+", "Z+", "X-", "Y-", "Z-"])
 def test_transitions_are_one_another_turned(direction):
     """Forward ones by a cyclic permutation, backward ones mirrored."""

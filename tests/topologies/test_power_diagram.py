@@ -360,7 +360,11 @@ BAD = [
     ),
     (lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights=[1, 1, 1]), ArgumentError, r"weights: expected 4 .*\(3,\)"),
     (lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights=[1, 1, 1, -2]), ArgumentError, "-2 of seed 3"),
-    (lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights=[1, 1, 1, math.nan]), ArgumentError, "nan of seed 3"),
+    (
+        lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights=[1, 1, 1, math.nan]),
+        ArgumentError,
+        "1 of 4 seeds .* seed 3",
+    ),
     (lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights=2), ArgumentTypeError, "4 radii in mm"),
     (lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights="big"), ArgumentTypeError, "4 radii in mm"),
     (lambda: stochastic.voronoi(BALL, seeds=SEEDS, weights=frep.coordinates()[0]), ArgumentTypeError, "4 radii in mm"),
@@ -383,7 +387,12 @@ BAD = [
     ),
     (lambda: seeding.packed_balls(BALL, [], random_state=1), ArgumentTypeError, "radii"),
     (lambda: seeding.packed_balls(BALL, "big", random_state=1), ArgumentTypeError, "radii"),
-    (lambda: seeding.packed_balls(BALL, [1, 0], random_state=1), ArgumentError, "radii: expected more than 0"),
+    (
+        lambda: seeding.packed_balls(BALL, [1, 0], random_state=1),
+        ArgumentError,
+        "radii: expected more than 0.* of ball 1",
+    ),
+    (lambda: seeding.packed_balls(BALL, [1, math.nan], random_state=1), ArgumentError, "1 of 2 balls .* ball 1"),
     (lambda: seeding.packed_balls(BALL, [1, 2], random_state=None), ArgumentTypeError, "random_state"),  # type: ignore[arg-type]
     (lambda: seeding.packed_balls(BALL, [9] * 30, random_state=1), ArgumentError, "radii: .* found no place"),
     (lambda: seeding.packed_balls(UNIT, [0.6], random_state=1, periodic=True), ArgumentError, "radii: .*meets itself"),

@@ -221,6 +221,19 @@ def test_what_hangs_on_the_surface_alone(connected):
         assert all(on_surface[piece == p].any() for p in np.unique(piece))
 
 
+def test_delaunay_edges_across_a_notch():
+    """Seeds on both legs of a U: the pieces of the edges between the legs are cut at the notch, and what hangs loose goes."""
+    legs = frep.box((0, 0, 0), (20, 20, 20)) - frep.box((8, -1, -1), (9, 18, 21)) - frep.box((11, -1, -1), (12, 18, 21))
+    points = np.concatenate([seeding.uniform(frep.box((0, 0, 0), (8, 18, 20)), 60, random_state=2)])
+    points = np.concatenate([points, points * (-1, 1, 1) + (20, 0, 0), [(10, 19.5, 10), (2, 19, 10), (18, 19, 10)]])
+    whole = stochastic.delaunay(legs, seeds=points, connected=False)
+    assert whole.connectivity().components > 1, "pieces in the middle leg hang in the air"
+    lattice = stochastic.delaunay(legs, seeds=points)
+    assert lattice.connectivity().components == 1
+    kept = {tuple(sorted(map(tuple, s))) for s in np.round(lattice.skeleton.segments(), 9).tolist()}
+    assert kept < {tuple(sorted(map(tuple, s))) for s in np.round(whole.skeleton.segments(), 9).tolist()}
+
+
 def test_edges_stay_in_a_body_with_a_hole():
     """Also midway: the bone is hollow, so that edges leave it and come back."""
     lattice = stochastic.voronoi(BONE, cell_size=2.5, random_state=1)
@@ -411,7 +424,22 @@ BAD = [
     (lambda: VORONOI(BALL, seeds=[(0, 0, 0), (1, 0, 0), (0, 1, 0)]), ArgumentError, "at least 4"),
     (lambda: VORONOI(BALL, seeds=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (99, 0, 0)]), ArgumentError, "outside the body"),
     (lambda: VORONOI(BALL, seeds=[(0, 0, 0), (0, 0, 0), (0, 1, 0), (1, 0, 0)]), ArgumentError, "same place"),
-    (lambda: VORONOI(BALL, seeds=[(0, 0, math.nan)] * 4), ArgumentError, "finite"),
+    (
+        lambda: VORONOI(BALL, seeds=[(0, 0, 0), *[(0, 0, math.nan)] * 4]),
+        ArgumentError,
+        "seeds: .*4 of 5 seeds .* seed 1",
+    ),
+    (
+        lambda: VORONOI(BALL, cell_size=3 + frep.sqrt(X), random_state=1),
+        ArgumentError,
+        r"cell_size: .*NaN at [\d,]+ of .* \(-",
+    ),
+    (lambda: seeding.on_density(BALL, 3 + frep.sqrt(X), random_state=1), ArgumentError, r"density: .*NaN at [\d,]+ of"),
+    (
+        lambda: seeding.poisson_disk(BALL, 3 + frep.sqrt(X), random_state=1),
+        ArgumentError,
+        r"distance: .*NaN at [\d,]+ of",
+    ),
     (lambda: VORONOI(BALL, seeds="many"), ArgumentTypeError, "seeds"),
     (
         lambda: VORONOI(BALL, seeds=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], relax=1),
