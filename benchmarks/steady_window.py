@@ -16,7 +16,7 @@ from _lattices import CUBIC
 from _timing import alternate, options, print_ratio, setting, table
 
 import frep
-from frep.beam_kernels import CAPACITY, ROW, gather
+from frep.biq_kernels import CAPACITY, ROW, gather
 from frep.sizing import sample_solid
 from topologies.steady import FilteredLattice, Screw, SteadyLattice, Swirl, Translation
 

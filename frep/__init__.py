@@ -30,19 +30,14 @@ from .errors import (
     TooLargeError,
     UnboundedError,
 )
-from .field import (
-    Field,
-    FieldLike,
+from .field import Field, FieldLike, as_field, constant, coordinates, foreign, trace
+from .functions import (
     arctan,
     arctan2,
-    as_field,
     clip,
-    constant,
-    coordinates,
     cos,
     exp,
     floor,
-    foreign,
     hypot,
     log,
     maximum,
@@ -55,7 +50,6 @@ from .field import (
     square,
     tan,
     tanh,
-    trace,
     where,
 )
 from .grid import SparseGrid

@@ -19,7 +19,8 @@ import numpy as np
 from numba import prange
 
 from . import ops
-from .beam_kernels import CAPACITY, ROW, beams_block, beams_interval, largest
+from .beam_kernels import beams_block, beams_interval, largest
+from .biq_kernels import CAPACITY, ROW
 from .errors import FunctionError
 from .field import Field
 from .grid_kernels import grid_block, grid_interval

@@ -14,7 +14,7 @@ import numbers
 import struct
 import threading
 import weakref
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -34,7 +34,7 @@ class Field:
     """A symbolic scalar function of position. Immutable; equal expressions are the same object.
 
     Build Fields from `coordinates()`, numbers, operators, numpy functions (`np.sin(x)`, `np.hypot(x, y)`) and the functions
-    of this module; or trace a function with `as_field`. Comparisons give Fields that are 1 where true and 0 elsewhere, for
+    of `frep.functions`; or trace a function with `as_field`. Comparisons give Fields that are 1 where true and 0 elsewhere, for
     use in `where`. A Field has no truth value: a function with `if x < 0` cannot be traced and becomes a foreign leaf, which
     works, but slowly and without bounds; write `where(x < 0, a, b)`.
 
@@ -209,16 +209,20 @@ class Field:
 
     def __floordiv__(self, other):
         ratio = _binary("divide", self, other)
-        return ratio if ratio is NotImplemented else floor(ratio)
+        return ratio if ratio is NotImplemented else _make("floor", (ratio,))
 
     def __rfloordiv__(self, other):
         ratio = _binary("divide", other, self)
-        return ratio if ratio is NotImplemented else floor(ratio)
+        return ratio if ratio is NotImplemented else _make("floor", (ratio,))
 
     def __pow__(self, exponent):
+        from .functions import power
+
         return power(self, exponent)
 
     def __rpow__(self, base):
+        from .functions import power
+
         return power(base, self)
 
     def __neg__(self):
@@ -243,16 +247,18 @@ class Field:
         return _binary("less_equal", other, self)
 
     def __and__(self, other):
-        return minimum(self, other)
+        return _make("minimum", (self, _lift(other)))
 
     def __or__(self, other):
-        return maximum(self, other)
+        return _make("maximum", (self, _lift(other)))
 
     def __invert__(self):
         return 1.0 - self
 
     def clip(self, lower=None, upper=None, **_ignored) -> Field:
         """`clip(self, lower, upper)`; also what `numpy.clip` calls."""
+        from .functions import clip
+
         return clip(self, lower, upper)
 
     def __bool__(self) -> bool:
@@ -280,15 +286,19 @@ class Field:
     # --- numpy -------------------------------------------------------------------------------------------------------
 
     def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
-        function = _UFUNCS.get(ufunc.__name__)
+        from .functions import UFUNCS
+
+        function = UFUNCS.get(ufunc.__name__)
         if method != "__call__" or kwargs or function is None:
             raise ArgumentTypeError(
                 f"numpy.{ufunc.__name__} cannot be applied to a Field{' in this form' if function else ''}; "
-                f"known are {', '.join(sorted(_UFUNCS))}; for anything else use frep.foreign"
+                f"known are {', '.join(sorted(UFUNCS))}; for anything else use frep.foreign"
             )
         return function(*(_scalar(i) for i in inputs))
 
     def __array_function__(self, function, types, args, kwargs):
+        from .functions import clip, where
+
         if function is np.where and not kwargs:
             return where(*args)
         if function is np.clip:
@@ -560,219 +570,3 @@ def leaf_field(op: str, leaf: Any, *parameters: Field) -> Field:
     `pack` (see `frep/packing.py`).
     """
     return Field(op, (*_AXES, *parameters), leaf)
-
-
-# --- functions -------------------------------------------------------------------------------------------------------
-
-
-def sqrt(a: FieldLike) -> Field:
-    """Square root; NaN below zero."""
-    return _make("sqrt", (_lift(a),))
-
-
-def square(a: FieldLike) -> Field:
-    """The argument times itself; its interval is tighter than that of a product."""
-    return _make("square", (_lift(a),))
-
-
-def exp(a: FieldLike) -> Field:
-    """e to the power of the argument."""
-    return _make("exp", (_lift(a),))
-
-
-def log(a: FieldLike) -> Field:
-    """Natural logarithm."""
-    return _make("log", (_lift(a),))
-
-
-def sin(a: FieldLike) -> Field:
-    """Sine of an angle in rad."""
-    return _make("sin", (_lift(a),))
-
-
-def cos(a: FieldLike) -> Field:
-    """Cosine of an angle in rad."""
-    return _make("cos", (_lift(a),))
-
-
-def tan(a: FieldLike) -> Field:
-    """Tangent of an angle in rad."""
-    return sin(a) / cos(a)
-
-
-def arctan2(a: FieldLike, b: FieldLike) -> Field:
-    """Angle of the point `(b, a)` from the b-axis, rad, in (-pi, pi]."""
-    return _make("arctan2", (_lift(a), _lift(b)))
-
-
-def arctan(a: FieldLike) -> Field:
-    """Inverse tangent, rad."""
-    return arctan2(a, 1.0)
-
-
-def hypot(a: FieldLike, b: FieldLike) -> Field:
-    """`sqrt(a**2 + b**2)`."""
-    return sqrt(square(a) + square(b))
-
-
-def floor(a: FieldLike) -> Field:
-    """The largest whole number not above the argument."""
-    return _make("floor", (_lift(a),))
-
-
-def mod(a: FieldLike, b: FieldLike) -> Field:
-    """Remainder with the sign of `b`, as Python's `%`."""
-    return _make("mod", (_lift(a), _lift(b)))
-
-
-def minimum(a: FieldLike, b: FieldLike) -> Field:
-    """The smaller of two."""
-    return _make("minimum", (_lift(a), _lift(b)))
-
-
-def maximum(a: FieldLike, b: FieldLike) -> Field:
-    """The larger of two."""
-    return _make("maximum", (_lift(a), _lift(b)))
-
-
-def where(condition: FieldLike, a: FieldLike, b: FieldLike) -> Field:
-    """`a` where the condition is not zero, else `b`; both are evaluated everywhere."""
-    return _make("where", (_lift(condition), _lift(a), _lift(b)))
-
-
-def clip(a: FieldLike, lower: FieldLike | None, upper: FieldLike | None) -> Field:
-    """The argument limited to `[lower, upper]`; either may be None."""
-    result = _lift(a)
-    if lower is not None:
-        result = maximum(result, lower)
-    return result if upper is None else minimum(result, upper)
-
-
-def sign(a: FieldLike) -> Field:
-    """-1, 0 or 1."""
-    return (_lift(a) > 0.0) - (_lift(a) < 0.0)
-
-
-def tanh(a: FieldLike) -> Field:
-    """Hyperbolic tangent."""
-    return 1.0 - 2.0 / (exp(2.0 * clip(a, -30.0, 30.0)) + 1.0)
-
-
-def power(base: FieldLike, exponent: FieldLike) -> Field:
-    """`base ** exponent`: whole exponents by repeated products, 0.5 by `sqrt`, others for a positive base only."""
-    b, e = _lift(base), _lift(exponent)
-    if e.op != "constant":
-        return exp(e * log(b))
-    n = e.data
-    if n == 0.5:
-        return sqrt(b)
-    if not n.is_integer():
-        return exp(e * log(b))
-    if n < 0:
-        return 1.0 / power(b, -n)
-    return _whole_power(b, int(n))
-
-
-def _whole_power(base: Field, n: int) -> Field:
-    if n == 0:
-        return constant(1.0)
-    if n == 1:
-        return base
-    half = square(_whole_power(base, n // 2))
-    return half * base if n % 2 else half
-
-
-def minimum_of(fields: Sequence[FieldLike]) -> Field:
-    """The smallest of several, as a balanced tree."""
-    return _fold(minimum, fields)
-
-
-def maximum_of(fields: Sequence[FieldLike]) -> Field:
-    """The largest of several, as a balanced tree."""
-    return _fold(maximum, fields)
-
-
-def _fold(function: Callable[[Any, Any], Field], fields: Sequence[FieldLike]) -> Field:
-    level = [_lift(f) for f in fields]
-    while len(level) > 1:
-        level = [function(*level[i : i + 2]) if i + 1 < len(level) else level[i] for i in range(0, len(level), 2)]
-    return level[0]
-
-
-_UFUNCS: dict[str, Callable[..., Any]] = {
-    "add": lambda a, b: _make("add", (_lift(a), _lift(b))),
-    "subtract": lambda a, b: _make("subtract", (_lift(a), _lift(b))),
-    "multiply": lambda a, b: _make("multiply", (_lift(a), _lift(b))),
-    "divide": lambda a, b: _make("divide", (_lift(a), _lift(b))),
-    "true_divide": lambda a, b: _make("divide", (_lift(a), _lift(b))),
-    "floor_divide": lambda a, b: floor(_lift(a) / b),
-    "negative": lambda a: -a,
-    "positive": lambda a: a,
-    "absolute": abs,
-    "fabs": abs,
-    "less": lambda a, b: _make("less", (_lift(a), _lift(b))),
-    "greater": lambda a, b: _make("less", (_lift(b), _lift(a))),
-    "less_equal": lambda a, b: _make("less_equal", (_lift(a), _lift(b))),
-    "greater_equal": lambda a, b: _make("less_equal", (_lift(b), _lift(a))),
-    "logical_and": lambda a, b: minimum(a, b),
-    "logical_or": lambda a, b: maximum(a, b),
-    "logical_not": lambda a: 1.0 - a,
-    "remainder": mod,
-    "mod": mod,
-    "power": power,
-    "float_power": power,
-    "sqrt": sqrt,
-    "square": square,
-    "reciprocal": lambda a: 1.0 / a,
-    "exp": exp,
-    "log": log,
-    "sin": sin,
-    "cos": cos,
-    "tan": tan,
-    "arctan": arctan,
-    "arctan2": arctan2,
-    "hypot": hypot,
-    "floor": floor,
-    "minimum": minimum,
-    "maximum": maximum,
-    "fmin": minimum,
-    "fmax": maximum,
-    "sign": sign,
-    "tanh": tanh,
-    "clip": clip,
-    "deg2rad": lambda a: a * (math.pi / 180.0),
-    "radians": lambda a: a * (math.pi / 180.0),
-}
-
-__all__ = [
-    "Field",
-    "FieldLike",
-    "arctan",
-    "arctan2",
-    "as_field",
-    "clip",
-    "constant",
-    "coordinates",
-    "cos",
-    "exp",
-    "floor",
-    "foreign",
-    "hypot",
-    "leaf_field",
-    "log",
-    "maximum",
-    "maximum_of",
-    "minimum",
-    "minimum_of",
-    "mod",
-    "power",
-    "sign",
-    "sin",
-    "sqrt",
-    "square",
-    "tan",
-    "tanh",
-    "topological",
-    "trace",
-    "where",
-]

@@ -9,7 +9,8 @@ import numpy as np
 from numba import prange
 
 from . import steady_kernels as steady
-from .beam_kernels import H_COUNT, H_INDEX, H_SEGMENTS, H_SOURCE_DATA, SEGMENT, cone_distance
+from .beam_kernels import cone_distance
+from .biq_kernels import H_COUNT, H_INDEX, H_SEGMENTS, H_SOURCE_DATA, SEGMENT
 from .jit import kernel, parallel_kernel
 
 

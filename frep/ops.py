@@ -9,10 +9,10 @@ A row gives the arity and three rules, each written once:
 
 `exact` says that the result is not rounded, so that its interval needs no widening. `fast32`, where given, is a float32 form
 that LLVM can vectorise (numba wheels carry no vector maths library). Everything else users call (`tan`, `hypot`, `clip`,
-`tanh`, powers ...) is composed from these rows in `frep/field.py`.
+`tanh`, powers ...) is composed from these rows in `frep/functions.py`.
 
 The functions here are compiled by `frep/evaluate.py`; they may use only scalar arithmetic, `math` and numpy functions that
-numba knows. Adding an operation means adding a row, and a line in `frep/field.py` if users shall call it by name.
+numba knows. Adding an operation means adding a row, and a line in `frep/functions.py` if users shall call it by name.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .beam_kernels import HEAD
+from .biq_kernels import HEAD
 from .field import Field
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from .arguments import direction, positive, vector
 from .errors import ArgumentError
-from .field import Field, coordinates, hypot, maximum, maximum_of, minimum, sqrt, square, where
+from .field import Field, coordinates
+from .functions import hypot, maximum, maximum_of, minimum, sqrt, square, where
 from .solid import Solid
 
 

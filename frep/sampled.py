@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from .errors import ArgumentError
-from .field import Field, clip, constant, coordinates, leaf_field
+from .field import Field, constant, coordinates, leaf_field
+from .functions import clip
 from .packing import Packer, digest
 
 

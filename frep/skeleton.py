@@ -3,7 +3,7 @@
 A skeleton answers one question, the ball-interference query (BIQ): *which beams meet the ball (c, r)?* The sampler
 asks it to bound a box and to make the short list of beams that a leaf block evaluates. `PeriodicSkeleton` folds the
 ball into its cell; `GraphSkeleton` looks it up in a uniform grid of segment lists; `SteadySkeleton` (`frep/steady.py`)
-descends its index brick. All evaluate through `frep/beam_kernels.py`.
+descends its index brick. Values and bounds come from `frep/beam_kernels.py`.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from typing import Literal
 
 import numpy as np
 
-from .beam_kernels import CAPACITY, CONE, GRAPH, HEAD, PERIODIC, R_CELL, R_ID, ROUND, ROW, SEGMENT, SQUARE, gather
+from .beam_kernels import CONE, ROUND, SQUARE
+from .biq_kernels import CAPACITY, GRAPH, HEAD, PERIODIC, R_CELL, R_ID, ROW, SEGMENT, gather
 from .errors import ArgumentError, TooLargeError
 from .field import Field, constant, leaf_field
 from .packing import Packer, digest
 
 Section = Literal["circle", "cone", "square"]
 Source = tuple[int, np.ndarray, list[int]]
-"""Which `gather` of `frep/beam_kernels.py` answers, the segments it answers with, and what it needs to know."""
+"""Which `gather` of `frep/biq_kernels.py` answers, the segments it answers with, and what it needs to know."""
 
 _SECTIONS = {"circle": ROUND, "cone": CONE, "square": SQUARE}
 

@@ -18,20 +18,8 @@ import numpy as np
 from .arguments import direction, positive, turn, width
 from .arguments import vector as vector_of
 from .errors import ArgumentError, ArgumentTypeError, EmptyError, TooLargeError, UnboundedError
-from .field import (
-    Field,
-    FieldLike,
-    _points,
-    as_field,
-    constant,
-    coordinates,
-    maximum,
-    maximum_of,
-    minimum_of,
-    sqrt,
-    square,
-    where,
-)
+from .field import Field, FieldLike, _points, as_field, constant, coordinates
+from .functions import maximum, maximum_of, minimum_of, sqrt, square, where
 
 if TYPE_CHECKING:
     from .grid import SparseGrid

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from . import steady_kernels as kernels
-from .beam_kernels import H_INDEX, H_SOURCE_DATA, SEGMENT, STEADY
+from .biq_kernels import H_INDEX, H_SOURCE_DATA, SEGMENT, STEADY
 from .errors import TooLargeError
 from .packing import Packer, digest
 from .similarity import Similarity

@@ -17,7 +17,7 @@ box is halved. Every kind of similarity, any number of turns, axes and fixed poi
 hits.
 
 A beam's *anchor* is the lower of its two clusters in each index, so that beams of rack (di, dj, dk) with anchor a lie
-within the clusters a .. a + |d|. Racks are packed as segments (`frep/beam_kernels.py`) whose two ends are given in
+within the clusters a .. a + |d|. Racks are packed as segments (`frep/biq_kernels.py`) whose two ends are given in
 cluster (0, 0, 0).
 """
 

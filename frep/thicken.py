@@ -12,7 +12,8 @@ import numpy as np
 from .arguments import suggestion
 from .arguments import width as width_of
 from .errors import ArgumentError, ArgumentTypeError
-from .field import Field, FieldLike, as_field, constant, maximum
+from .field import Field, FieldLike, as_field, constant
+from .functions import maximum
 from .skeleton import Skeleton, beam_field
 from .solid import BeamDesign, Feature, Solid, grown
 

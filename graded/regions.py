@@ -11,7 +11,7 @@ import numpy as np
 from frep import ArgumentError, ArgumentTypeError, Solid
 from frep.arguments import box_of, real
 from frep.errors import warn
-from frep.field import minimum_of
+from frep.functions import minimum_of
 
 from .transition import assembled, check_profile, common_kind, joined, pairs
 

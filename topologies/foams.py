@@ -14,7 +14,7 @@ import numpy as np
 
 from frep import ArgumentError, Field, FieldLike, Solid, coordinates, maximum, minimum, mod
 from frep.arguments import positive, width
-from frep.field import maximum_of
+from frep.functions import maximum_of
 from frep.solid import Feature
 
 _EVERYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])

@@ -10,7 +10,7 @@ import numpy as np
 import frep
 from frep import ArgumentError, Solid
 from frep.arguments import positive, real, sizes, vector
-from frep.field import minimum_of
+from frep.functions import minimum_of
 from frep.skeleton import GraphSkeleton, Skeleton
 from frep.solid import Feature
 from frep.thicken import thickened

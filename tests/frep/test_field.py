@@ -18,7 +18,8 @@ from hypothesis.extra import numpy as hnp
 
 import frep
 from frep import ArgumentError, ArgumentTypeError, Field, FrepError, FunctionError, coordinates
-from frep.field import constant, maximum_of, minimum_of, topological
+from frep.field import constant, topological
+from frep.functions import maximum_of, minimum_of
 
 x, y, z = coordinates()
 
