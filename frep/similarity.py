@@ -233,6 +233,10 @@ class Similarity:
             worst = t[np.abs(logs).argmax()]
             raise ArgumentError(f"ts: the scale exp({self.log_scale:g}) to the power {worst:g} is beyond a float")
         m = np.zeros((t.size, 4, 4))
+        if self.log_scale == 0.0 and self.angle == 0.0:
+            m[:] = np.eye(4)
+            m[:, :3, 3] = np.outer(t, self.velocity)
+            return m
         m[:, :3, :3] = np.exp(logs)[:, None, None] * _rotation(t * self.angle, self.axis)
         along, across, turned = _split(self.velocity, self.axis)
         growth, w = _travel(t, self.log_scale, self.angle)

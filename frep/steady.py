@@ -103,21 +103,26 @@ class SteadySkeleton(Skeleton):
         """Centers (..., n, 3) and radii (..., n) of the nodes of clusters; arrays of indices are broadcast."""
         frames = self.frames(i, j, k)
         centers = np.einsum("...ab,nb->...na", frames[..., :3, :3], self.nodes) + frames[..., None, :3, 3]
-        scale = np.cbrt(np.linalg.det(frames[..., :3, :3]))
-        return centers, scale[..., None] * self.radii
+        return centers, self._scale_at(i, j, k)[..., None] * self.radii
+
+    def _scale_at(self, i, j, k) -> np.ndarray:
+        """By how much a cluster is larger than the first."""
+        u, v, w = (s.log_scale for s in self.directions)
+        return np.exp(u * np.asarray(i) + v * np.asarray(j) + w * np.asarray(k))
 
     def placed(self, clusters: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Centers (m, 3) and radii (m,) of single nodes: their clusters (m, 3) and their numbers (m,) in the cluster."""
         frames = self.frames(*clusters.T)
         centers = np.einsum("mab,mb->ma", frames[:, :3, :3], self.nodes[nodes]) + frames[:, :3, 3]
-        return centers, np.cbrt(np.linalg.det(frames[:, :3, :3])) * self.radii[nodes]
+        return centers, self._scale_at(*clusters.T) * self.radii[nodes]
 
     def ends(self, beams: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ends (m, 2, 3) and radii (m, 2) of beams given by index, (m, 4) rows (i, j, k, rack)."""
         beams = np.asarray(beams)
         racks = self.racks[beams[:, 3]]
-        first, second = self.placed(beams[:, :3], racks[:, 0]), self.placed(beams[:, :3] + racks[:, 2:], racks[:, 1])
-        return np.stack([first[0], second[0]], axis=1), np.stack([first[1], second[1]], axis=1)
+        clusters = np.concatenate([beams[:, :3], beams[:, :3] + racks[:, 2:]])
+        centers, radii = self.placed(clusters, racks[:, :2].T.ravel())
+        return np.stack(np.split(centers, 2), axis=1), np.stack(np.split(radii, 2), axis=1)
 
     @cached_property
     def lone_nodes(self) -> np.ndarray:  # pyright: ignore[reportIncompatibleMethodOverride]
