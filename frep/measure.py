@@ -2,12 +2,45 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from .errors import TooLargeError
+from .field import topological
 from .grid import INSIDE, LEAF, SparseGrid
+
+if TYPE_CHECKING:
+    from .solid import Solid
+
+_FEW = 1500
+"""Leaves of a part that is so small that twice as fine a grid takes a few hundredths of a second."""
+
+_TABLE = 1 << 20
+"""Blocks in the box of such a part: a finer grid has eight times as many."""
 
 _BATCH = 256
 """Leaves looked at together: few enough that their arrays stay in the cache."""
+
+
+def volume(solid: Solid, voxel: float | None) -> float:
+    """`Solid.volume`: the field is sampled at half the voxel, and at half of that again while the part is small.
+
+    Edges cost of second order in the voxel, faces along the axes of first order; a part with few voxels has most of both.
+    """
+    from .sizing import chosen_voxel, sample_solid
+
+    size = 0.5 * chosen_voxel(solid, voxel, None)
+    try:
+        grid = sample_solid(solid, size, None, exact=2.0)
+    except TooLargeError as error:
+        raise TooLargeError(f"{error} (a volume is sampled at half the voxel given, here {2.0 * size:g} mm)") from None
+    # What calls Python takes longer, and how much longer is not known.
+    quick = all(node.op != "foreign" for node in topological([solid.field]))
+    while quick and len(grid.leaves) < _FEW and grid.table.size < _TABLE:
+        size *= 0.5
+        grid = sample_solid(solid, size, None, exact=2.0, quiet=True)
+    return volume_of(grid)
 
 
 def volume_of(grid: SparseGrid) -> float:
