@@ -69,6 +69,8 @@ def turn(value: Any, name: str) -> float:
 
 def width(value: FieldLike, name: str) -> Field:
     """A thickness, diameter or radius as a Field; a number must be positive."""
+    if isinstance(value, bool | np.bool_):
+        raise ArgumentTypeError(f"{name}: expected a number in mm, a Field or a function of position, got {value!r}")
     field = as_field(value, name)
     if field.is_constant and not field.data > 0.0:
         raise ArgumentError(f"{name}: expected more than 0 mm, got {field.data:g}")
@@ -108,7 +110,7 @@ def refuse_nan(array: np.ndarray, name: str, item: str) -> None:
     Example:
         >>> refuse_nan(np.zeros((4, 3)), "seeds", "seed")
     """
-    bad = np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=tuple(range(1, array.ndim))))
     if len(bad):
         first = array[bad[0]].tolist()
         raise ArgumentError(

@@ -147,13 +147,23 @@ def _in_script(frame: types.FrameType, path: Path) -> bool:
 
 
 def _parsed(path: Path) -> ast.Module:
+    from frep.io.read import READABLE_SUFFIXES
+
     try:
         source = path.read_bytes()
     except OSError as error:
         raise FileError(f"design: cannot read {str(path)!r}: {error.strerror or error}") from error
+    # Their first bytes would make a syntax error that tells nobody what is wrong.
+    if path.suffix.lower() in READABLE_SUFFIXES:
+        raise FileError(
+            f"design: {str(path)!r} is a mesh file by its suffix, not a Python script; `frep info`, `frep check` and "
+            "`frep render` take it, and in a script frep.load"
+        )
+    if b"\0" in source:
+        raise FileError(f"design: {str(path)!r} is not text, but a Python script was expected")
     try:
         return ast.parse(source, os.fspath(path))
-    except (SyntaxError, ValueError) as error:  # ValueError: null bytes
+    except (SyntaxError, ValueError) as error:
         raise FunctionError(f"design: {path} is not Python: {error}") from error
 
 

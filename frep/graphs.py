@@ -337,6 +337,27 @@ def trimmed(skeleton: GraphSkeleton, solid: Solid, *, step: float | None = None,
     return Trimmed(left, np.flatnonzero(source < 0), source, owner[kept])
 
 
+def largest_part(found: Trimmed) -> tuple[Trimmed, int, float]:
+    """What hangs together with the greatest length of beams; into how many parts all falls, and the share of the others.
+
+    Example:
+        >>> from frep import box
+        >>> bars = GraphSkeleton(np.array([[0, 0, 0], [4, 0, 0], [0, 9, 0], [1, 9, 0]]), np.array([[0, 1], [2, 3]]))
+        >>> main, parts, others = largest_part(trimmed(bars, box((-1, -1, -1), (9, 9, 9))))
+        >>> len(main.skeleton.edges), parts, round(others, 6)
+        (1, 2, 0.2)
+    """
+    nodes, edges = found.skeleton.nodes, found.skeleton.edges
+    part = connectivity(found.skeleton).component[edges[:, 0]]
+    lengths = np.bincount(part, np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1))
+    kept = np.flatnonzero(part == np.argmax(lengths))
+    left, used = _without_unused(nodes, edges[kept])
+    is_cut = np.zeros(len(nodes), bool)
+    is_cut[found.cut] = True
+    main = Trimmed(left, np.flatnonzero(is_cut[used]), found.nodes[used], found.beams[kept])
+    return main, len(lengths), 1.0 - float(lengths.max() / lengths.sum())
+
+
 def stretches(
     a: np.ndarray, b: np.ndarray, solid: Solid, same: float, step: float | None, overhang: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -433,7 +433,8 @@ def _export(lattice: Lattice, output: Path, everything: bool) -> None:
 
 
 def _wrote(path: Path) -> None:
-    print(f"wrote {path} ({path.stat().st_size / 1e6:.3g} MB)")
+    size = path.stat().st_size
+    print(f"wrote {path} ({f'{size / 1e6:.1f} MB' if size >= 1e5 else f'{size / 1e3:.1f} kB'})")
 
 
 # What is drawn

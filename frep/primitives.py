@@ -154,13 +154,12 @@ def capsule(start, end, radius) -> Solid:
 
 
 def torus(center, axis, major_radius, minor_radius) -> Solid:
-    """The torus round `center` whose tube of `minor_radius` follows a circle of `major_radius` across `axis`, mm."""
-    c, n = vector(center, "center"), vector(axis, "axis")
-    length = float(np.linalg.norm(n))
-    if length == 0.0:
-        raise ArgumentError("axis: expected a vector that is not zero")
+    """The torus round `center` whose tube of `minor_radius` follows a circle of `major_radius` across `axis`, mm.
+
+    The axis is a vector or "x", "y", "z".
+    """
+    c, u = vector(center, "center"), direction(axis, "axis")
     big, small = positive(major_radius, "major_radius"), positive(minor_radius, "minor_radius")
-    u = n / length
     t, radial = _axial(c, u)
     reach = big * np.sqrt(np.maximum(1.0 - u * u, 0.0)) + small
     return Solid._make(hypot(radial - big, t) - small, np.array([c - reach, c + reach]), label="torus")

@@ -13,13 +13,13 @@ not overlap: Keinert et al., Enhanced sphere tracing (2014); Balint and Valasek,
 from __future__ import annotations
 
 import math
+import reprlib
 from typing import Any
 
 import numpy as np
 
-from .arguments import positive
+from .arguments import positive, refuse_nan
 from .errors import ArgumentError, ArgumentTypeError, UnboundedError
-from .field import _points
 from .solid import Solid
 
 _BATCH = 1 << 16  # rays at once
@@ -80,15 +80,25 @@ def first_hit(
     return out
 
 
+def _rows(value: Any, name: str) -> np.ndarray:
+    """(n, 3) numbers, of which one row may be given alone."""
+    try:
+        rows = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(f"{name}: expected (n, 3) numbers, got {reprlib.repr(value)}") from None
+    if rows.ndim not in (1, 2) or rows.shape[-1] != 3:
+        raise ArgumentError(f"{name}: expected shape (3,) or (n, 3), got {rows.shape}")
+    return np.ascontiguousarray(np.atleast_2d(rows))
+
+
 def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
-    start, along = _points(origins)[0], _points(directions)[0]
+    start, along = _rows(origins, "origins"), _rows(directions, "directions")
     if len(start) != len(along):
         if 1 not in (len(start), len(along)):
             raise ArgumentError(f"directions: expected as many as origins, {len(start)}, or one, got {len(along)}")
         start, along = (np.repeat(a, max(len(start), len(along)), axis=0) if len(a) == 1 else a for a in (start, along))
     for name, array in (("origins", start), ("directions", along)):
-        if not np.all(np.isfinite(array)):
-            raise ArgumentError(f"{name}: expected finite numbers")
+        refuse_nan(array, name, "ray")
     length = np.linalg.norm(along, axis=1, keepdims=True)
     if not np.all(length > 0.0):
         raise ArgumentError(f"directions: expected vectors that are not zero, got {along[np.argmin(length)].tolist()}")

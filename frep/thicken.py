@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import suggestion
+from .arguments import refuse_nan, suggestion
 from .arguments import width as width_of
 from .errors import ArgumentError, ArgumentTypeError
 from .field import Field, FieldLike, as_field, constant
@@ -115,11 +115,14 @@ def _per_node(values: Any, skeleton: Skeleton, name: str, least: float | None = 
     if array.shape != (len(skeleton.nodes),):
         got = str(len(array)) if array.ndim == 1 else f"shape {array.shape}"
         raise ArgumentError(f"{name}: expected one number for each of {len(skeleton.nodes)} nodes, got {got}")
-    good = np.isfinite(array) & (array > 0.0 if least is None else array >= least)
-    if not np.all(good):
-        worst = int(np.argmax(~good))
+    refuse_nan(array, name, "node")
+    bad = np.flatnonzero(array <= 0.0 if least is None else array < least)
+    if len(bad):
         wanted = "> 0" if least is None else f">= {least:g}"
-        raise ArgumentError(f"{name}: expected finite diameters {wanted} mm, node {worst} has {array[worst]:g}")
+        raise ArgumentError(
+            f"{name}: expected diameters {wanted} mm, {len(bad):,} of {len(array):,} nodes have less, "
+            f"the first is node {bad[0]}: {array[bad[0]]:g}"
+        )
     return array
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import frep
+
 README = Path(__file__).parents[1] / "README.md"
 BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
 
@@ -18,4 +20,6 @@ def test_scripts_of_the_readme_run(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"frep": __import__("frep")}
     exec(compile(block, "README.md", "exec"), names)
-    assert list(tmp_path.iterdir())  # what it says it saves
+    written = list(tmp_path.iterdir())  # what it says it saves
+    assert written
+    assert all(frep.Mesh.load(path).check().printable for path in written)

@@ -11,6 +11,7 @@ import numpy as np
 from frep import ArgumentError, ArgumentTypeError, Field, FieldLike, Solid, as_field, coordinates, graphs
 from frep.arguments import box_of, direction, real, turn
 from frep.arguments import vector as vector_of
+from frep.errors import DisconnectedWarning, warn
 from frep.similarity import Screw, Similarity, Translation
 from frep.skeleton import GraphSkeleton, PeriodicSkeleton, Skeleton
 from frep.thicken import Rectangle, thickened
@@ -173,7 +174,7 @@ class BeamTopology:
         there = replace(found, nodes=self.placement.apply(found.nodes))
         return BeamTopology(graphs.cut_out(there, box), self.label)
 
-    def trimmed(self, solid: Solid, *, step: float | None = None) -> BeamTopology:
+    def trimmed(self, solid: Solid, *, step: float | None = None, connected: bool = False) -> BeamTopology:
         """The parts of beams in a solid, cut where they cross its surface (lf-rep 9: clip, do not drop).
 
         Beams in the surface stay. `report` is a `frep.graphs.Trimmed`, which tells the cut points.
@@ -182,11 +183,15 @@ class BeamTopology:
             solid: any Solid; a bounded one for a periodic lattice.
             step: how far apart beams are looked at, mm; a beam that leaves the solid for less may stay. None for a
                 sixteenth of each beam.
+            connected: leave out all but the part with the greatest length of beams: what is cut loose at the surface.
 
         Raises:
             ArgumentError: an infinite solid for a periodic lattice, a step that is not positive.
             ArgumentTypeError: no Solid.
             EmptyError: no beam lies in it.
+
+        Warns:
+            DisconnectedWarning: the lattice falls into more parts than it had, and all are kept.
 
         Example:
             >>> import frep
@@ -200,8 +205,17 @@ class BeamTopology:
         if not isinstance(self.skeleton, GraphSkeleton):
             if not solid.is_bounded:
                 raise ArgumentError(f"solid: expected a bounded solid, got {solid!r}; {self!r} repeats without end")
-            return self.over(solid).trimmed(solid, step=step)
+            return self.over(solid).trimmed(solid, step=step, connected=connected)
         found = graphs.trimmed(self.skeleton, solid, step=step)
+        main, parts, others = graphs.largest_part(found)
+        if connected:
+            found = main
+        elif parts > 1 and parts > graphs.connectivity(self.skeleton).components:
+            warn(
+                f"solid: {self.label} falls into {parts:,} parts where it is cut; all but the largest hold {others:.2g} of the "
+                "length of its beams. connected=True leaves them out; a skin, as of solid.shell(1), holds them",
+                DisconnectedWarning,
+            )
         return BeamTopology(found.skeleton, self.label, report=found)
 
     def subdivided(self, length: float) -> BeamTopology:

@@ -25,6 +25,9 @@ MOST_BEAMS = 5_000_000
 PATTERNS = ("warren", "pratt", "howe", "cross", "spiral", "none")
 """How the diagonals of a girder run."""
 
+SHORT = ("refuse", "plain")
+"""What becomes of beams too short for a girder."""
+
 _CLEARANCE = 1.2
 """How much further than where they touch the end rings of neighbouring girders lie from their node."""
 
@@ -108,6 +111,7 @@ def trussed(
     sides: int = 3,
     pattern: str = "warren",
     setback: float | None = None,
+    short: str = "refuse",
 ) -> BeamTopology:
     """A graph whose every beam is a lattice girder, joined at the nodes that there were: beams of beams.
 
@@ -127,16 +131,20 @@ def trussed(
             girder. Girders run from the first to the second node of the old beam.
         setback: distance from the old nodes to the end rings, mm; None for what each end needs: 1.2 times where it would touch
             the girder of its nearest neighbour, `width / 2 / tan(angle / 2)`, and at least half the width.
+        short: what becomes of beams too short for a girder: "refuse" raises an error; "plain" leaves those a beam from node to
+            node that have no room for half a bay between their end rings (half of `pitch`, or of `width` where it is None).
+            Voronoi graphs, some of whose beams are always very short, want "plain".
 
     Returns:
         an explicit graph: first the old nodes that have beams, then the rings, girder by girder. With b bays, a girder of n sides
         has n (b + 1) nodes, 2 n spokes, n b longerons, n (b + 1) ring beams and n b diagonals; "cross" has n b nodes more and
-        4 n b half diagonals, "none" no diagonals.
+        4 n b half diagonals, "none" no diagonals. Beams left plain come last.
 
     Raises:
         ArgumentTypeError: no beam topology, or a periodic one.
         ArgumentError: sizes that are not positive; both bays and pitch; fewer than 3 sides; an unknown pattern; a setback at
-            which girders touch; a beam too short for its two ends: the message says which.
+            which girders touch; a beam too short for its two ends: the message says which, and how many are; no beam long
+            enough.
         TooLargeError: more than five million beams.
 
     Example:
@@ -145,11 +153,19 @@ def trussed(
         >>> trussed(coarse, 4, bays=8)
         <trussed graph: 57 nodes, 162 beams>
         >>> twice = trussed(trussed(coarse, 8, bays=3), 0.8)
+
+        A foam of girders, its shortest edges left as they are:
+
+        >>> import frep
+        >>> from topologies.stochastic import voronoi
+        >>> foam = voronoi(frep.sphere((0, 0, 0), 40), cell_size=30, random_state=1)
+        >>> girders = trussed(foam, 2, short="plain").thicken(0.4)
     """
     skeleton = _explicit(topology)
     radius = 0.5 * positive(width, "width")
     n = _whole(sides, "sides", 3)
     one_of(pattern, "pattern", PATTERNS)
+    one_of(short, "short", SHORT)
     if bays is not None and pitch is not None:
         raise ArgumentError("bays, pitch: expected one of them, got both")
     used, number = np.unique(skeleton.edges, return_inverse=True)
@@ -157,30 +173,42 @@ def trussed(
     along = hubs[edges[:, 1]] - hubs[edges[:, 0]]
     lengths = np.linalg.norm(along, axis=1)
     back = _setbacks(hubs, edges, along / lengths[:, None], radius, setback)
+    step = positive(pitch, "pitch") if pitch is not None else 2.0 * radius
     inner = lengths - back.sum(axis=1)
-    if np.any(inner <= 1e-9 * lengths):
-        i = int(np.argmin(inner))
-        fits = "a smaller setback"
-        if setback is None:
-            fits = f"less than {2.0 * radius * float((lengths / back.sum(axis=1)).min()):.3g} mm"
-        raise ArgumentError(
-            f"width: {2.0 * radius:g} mm is too wide for beam {i}, {lengths[i]:.3g} mm long, whose ends take "
-            f"{back[i, 0]:.3g} and {back[i, 1]:.3g} mm; expected {fits}"
-        )
+    long_enough = inner > 1e-9 * lengths if short == "refuse" else inner >= 0.5 * step
+    if not long_enough.all() and (short == "refuse" or not long_enough.any()):
+        _refuse_short(lengths, back, ~long_enough, radius, setback)
+    plain = edges[~long_enough]
+    edges, back, inner = edges[long_enough], back[long_enough], inner[long_enough]
     if bays is not None:
         counts = np.full(len(edges), _whole(bays, "bays", 1))
     else:
-        step = positive(pitch, "pitch") if pitch is not None else 2.0 * radius
         counts = np.maximum(np.rint(inner / step), 1).astype(np.int64)
     per_bay = {"cross": 6, "none": 2}.get(pattern, 3)
-    total = int(n * (3 * len(edges) + per_bay * counts.sum()))
+    total = int(n * (3 * len(edges) + per_bay * counts.sum())) + len(plain)
     if total > MOST_BEAMS:
         raise TooLargeError(
             f"trussed: {total:,} beams, more than {MOST_BEAMS:,}; take fewer bays or a smaller region, or `filled`, whose inner "
             "lattice repeats without being stored"
         )
     nodes, beams = _girders(hubs, edges, back, counts, radius, n, pattern)
-    return BeamTopology(GraphSkeleton(nodes, beams), f"trussed {topology.label}")
+    return BeamTopology(GraphSkeleton(nodes, np.concatenate([beams, plain])), f"trussed {topology.label}")
+
+
+def _refuse_short(lengths: np.ndarray, back: np.ndarray, short: np.ndarray, radius: float, setback: Any) -> None:
+    """Raise, naming the beam that lacks most."""
+    i = int(np.argmin(lengths - back.sum(axis=1)))
+    fits = "a smaller setback"
+    if setback is None:
+        fits = f"less than {2.0 * radius * float((lengths / back.sum(axis=1)).min()):.3g} mm"
+    count = int(np.count_nonzero(short))
+    rest = f'short="plain" leaves beams too short as they are, {count:,} of {len(short):,}'
+    if count == len(short):
+        rest = "no beam is long enough"
+    raise ArgumentError(
+        f"width: {2.0 * radius:g} mm is too wide for beam {i}, {lengths[i]:.3g} mm long, whose ends take "
+        f"{back[i, 0]:.3g} and {back[i, 1]:.3g} mm; expected {fits}; {rest}"
+    )
 
 
 def _whole(value: Any, name: str, least: int) -> int:

@@ -43,6 +43,11 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         raise FileError(f"path: {name!r} is a folder; give a mesh file")
     if not file.exists():
         raise FileError(f"path: there is no file {name!r}")
+    if suffix in (".step", ".stp", ".iges", ".igs", ".brep"):
+        raise FileError(
+            f"path: {name!r} is a CAD file, and meshes are read here; make triangles of it first, with cadquery: "
+            "exporters.export(importers.importStep('part.step'), 'part.stl', tolerance=0.05)"
+        )
     if suffix not in READABLE_SUFFIXES:
         raise FileError(f"path: {name!r} is not a mesh file by its suffix; known are {', '.join(READABLE_SUFFIXES)}")
     try:

@@ -196,3 +196,23 @@ def test_a_lattice_stands_for_its_solid(write):
 def test_a_script_that_is_not_python(write):
     with pytest.raises(FunctionError):
         declared_parameters(write("p = frep.parameter("))
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "content", "told"),
+    [
+        ("mesh", "a.stl", bytes(84) + b"\x01", "is a mesh file by its suffix, not a Python script"),
+        ("lattice", "a.stl", bytes(84) + b"\x01", "is a mesh file by its suffix, not a Python script"),
+        ("mesh", "a.ply", b"ply\nformat ascii 1.0\n", "is a mesh file by its suffix, not a Python script"),
+        ("mesh", "a.bin", b"p\0\0", "is not text, but a Python script was expected"),
+        ("render", "a.py", b"p\0\0", "is not text, but a Python script was expected"),
+    ],
+)
+def test_files_that_are_no_scripts_are_one_line(tmp_path, monkeypatch, capsys, command, name, content, told):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_bytes(content)
+    assert main([command, name]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("frep: error: design: ")
+    assert told in said
+    assert said.count("\n") == 1

@@ -224,6 +224,14 @@ def test_volumes_from_field_and_mesh(kind):
     assert solid.mesh(voxel, polish=True).volume == pytest.approx(VOLUMES[kind], rel=4e-3)
 
 
+@pytest.mark.parametrize("axis", "xyz")
+def test_a_torus_takes_axes_by_name(axis):
+    named, given = frep.torus(START, axis, 3, 0.9), frep.torus(START, np.eye(3)["xyz".index(axis)], 3, 0.9)
+    np.testing.assert_array_equal(named.bounds, given.bounds)
+    points = np.random.default_rng(1).uniform(-5, 5, (50, 3))
+    np.testing.assert_array_equal(named.field(points), given.field(points))
+
+
 def test_torus_area_volume_and_genus():
     """O1: 2 pi^2 R r^2, 4 pi^2 R r, one handle."""
     mesh = frep.torus((0, 0, 0), (0, 0, 1), 3.0, 0.9).mesh(voxel=0.12, polish=True)

@@ -210,8 +210,13 @@ def test_bad_rays_are_refused(given: dict) -> None:
         **given,
     }
     name = next(iter(given))
-    with pytest.raises((ArgumentError, ArgumentTypeError), match=name if name != "origins" else r"origins|points"):
+    with pytest.raises((ArgumentError, ArgumentTypeError), match=f"^{name}: "):
         first_hit(**arguments)
+
+
+@pytest.mark.parametrize("directions", [np.zeros((0, 3)), (1, 0, 0)], ids=["none", "one"])
+def test_no_rays_have_no_hits(directions) -> None:
+    assert first_hit(frep.sphere((0, 0, 0), 1), np.zeros((0, 3)), directions).shape == (0,)
 
 
 def test_an_infinite_solid_needs_a_distance() -> None:

@@ -75,13 +75,14 @@ def test_balls_of_a_steady_lattice_grow_with_its_clusters():
     ("thick", "node", "error", "said"),
     [
         ([1] * 4, [1, 2, 3], ArgumentError, "node: expected one number for each of 4 nodes, got 3"),
-        ([1] * 4, [1, 2, -3, 1], ArgumentError, "node: expected finite diameters >= 0 mm, node 2 has -3"),
-        ([1] * 4, [1, 2, np.nan, 1], ArgumentError, "node 2 has nan"),
+        ([1] * 4, [1, 2, -3, 1], ArgumentError, "node: expected diameters >= 0 mm, 1 of 4 nodes have .*node 2: -3"),
+        ([1] * 4, [1, 2, np.nan, 1], ArgumentError, "node: .*1 of 4 nodes have NaN .*node 2: nan"),
+        ([1, np.nan, 1, np.inf], None, ArgumentError, "diameter: .*2 of 4 nodes have NaN .*node 1: nan"),
         ([1] * 4, ["a"] * 4, ArgumentTypeError, "node: expected a number for each node"),
         (1 + frep.coordinates()[0] ** 2, [1] * 4, ArgumentError, "numbers for the diameter"),
         (1.0, np.ones((4, 2)), ArgumentError, r"node: .* each of 4 nodes, got shape \(4, 2\)"),
         (np.ones((4, 1)), None, ArgumentError, r"diameter: .* each of 4 nodes, got shape \(4, 1\)"),
-        ([1, 1, 0, 1], None, ArgumentError, "diameter: expected finite diameters > 0 mm, node 2 has 0"),
+        ([1, 1, 0, 1], None, ArgumentError, "diameter: expected diameters > 0 mm, 1 of 4 nodes .*node 2: 0"),
     ],
 )
 def test_what_is_refused(thick, node, error, said):

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+import frep
+import gallery
 from frep.cli import run
-from frep.design import parameters
+from frep.design import load_design, parameters
 from frep.mesh import Mesh
 from gallery.__main__ import app, compare
 from gallery.check import compare_numbers, compare_pictures, numbers, side_by_side
 from gallery.entries import BASELINES, ENTRIES
+
+INFILL = Path(gallery.__file__).parent / "infill.py"
 
 
 @pytest.mark.parametrize("item", ENTRIES, ids=lambda item: item.name)
@@ -39,6 +44,15 @@ def test_entries_set_declared_parameters(item):
     declared = parameters(item.path)
     assert set(item.shown) | set(item.compared) <= set(declared)
     assert {"title", "voxel"} <= set(declared)
+
+
+@pytest.mark.parametrize(("size", "longest"), [(None, 30.0), ("60", 60.0)])
+def test_infill_keeps_a_body_as_large_as_it_is_unless_told(size, longest, tmp_path):
+    frep.box((5, 0, 0), (35, 20, 10)).mesh(voxel=1.0).save(tmp_path / "part.stl")
+    told = {"body": str(tmp_path / "part.stl"), "voxel": "2", **({"size": size} if size else {})}
+    part = load_design(INFILL, told).part
+    points = np.array([[5.5, 10, 5], [34.5, 10, 5], [4.5, 10, 5], [35.5, 10, 5]]) * longest / 30.0
+    assert part.contains(points).tolist() == [True, True, False, False]
 
 
 # The comparison itself

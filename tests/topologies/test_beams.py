@@ -111,7 +111,7 @@ def test_a_node_has_one_diameter_in_all_cells():
         cubic.thicken([1, 3, 1, 1, 1, 1, 1, 1])
     with pytest.raises(ArgumentTypeError, match="diameter"):
         cubic.thicken([X] * 8)
-    with pytest.raises(ArgumentError, match=r"diameter: .* node 3 has nan"):
+    with pytest.raises(ArgumentError, match=r"diameter: .* 1 of 8 nodes .* node 3: nan"):
         cubic.thicken([1, 1, 1, math.nan, 1, 1, 1, 1])
     with pytest.raises(ArgumentError, match=r"node: nodes 0 and 7 "):
         cubic.thicken(1, node=[2, 2, 2, 2, 2, 2, 2, 0])
@@ -389,7 +389,8 @@ def test_the_graph_of_a_region_is_the_lattice_there(make, move):
 
 def test_a_trimmed_lattice_ends_on_the_body():
     body = frep.sphere((1, 2, 3), 9)
-    inside = beams.octet(5).trimmed(body)
+    with pytest.warns(frep.DisconnectedWarning, match=r"octet falls into \d+ parts"):
+        inside = beams.octet(5).trimmed(body)
     nodes, cut = inside.skeleton.nodes, inside.report.cut
     assert body.field(nodes).max() <= 1e-7
     np.testing.assert_allclose(body.field(nodes[cut]), 0, atol=1e-7)
@@ -401,6 +402,25 @@ def test_a_trimmed_lattice_ends_on_the_body():
     )
     half = beams.octet(5).over(body).trimmed(frep.half_space((0, 0, 1), (0, 0, 2.5)))
     assert half.skeleton.nodes[:, 2].max() == pytest.approx(2.5)
+
+
+ARCH = beams.graph([(0, 0, 0), (0, 0, 10), (6, 0, 10), (6, 0, 4)], [(0, 1), (1, 2), (2, 3)])
+BELOW = frep.half_space("z", (0, 0, 8))  # leaves its feet, 8 and 4 mm
+
+
+def test_what_is_cut_loose_is_told():
+    with pytest.warns(frep.DisconnectedWarning, match=r"2 parts .*hold 0\.33 of .*connected=True"):
+        feet = ARCH.trimmed(BELOW)
+    assert feet.connectivity().components == 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        one = ARCH.trimmed(BELOW, connected=True)
+        ARCH.trimmed(frep.half_space("z", (0, 0, 11)))
+        feet.trimmed(frep.half_space("z", (0, 0, 6)))  # two before, two after
+    np.testing.assert_array_equal(np.sort(one.skeleton.nodes[:, 2]), [0, 8])
+    np.testing.assert_array_equal(one.skeleton.nodes[one.report.cut], [(0, 0, 8)])
+    np.testing.assert_array_equal(np.sort(one.report.nodes), [-1, 0])
+    np.testing.assert_array_equal(one.report.beams, [0])
 
 
 def test_divided_beams_are_the_same_lattice():

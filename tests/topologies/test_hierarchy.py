@@ -14,6 +14,7 @@ import frep
 from frep import ArgumentError, ArgumentTypeError, TooLargeError
 from topologies import beams, hierarchy, tpms
 from topologies.hierarchy import NoInsideWarning, filled, trussed
+from topologies.stochastic import voronoi
 
 RNG = np.random.default_rng(3)
 CORNER = beams.graph([(0, 0, 0), (40, 0, 0), (0, 50, 0), (10, 10, 60)], [(0, 1), (0, 2), (0, 3), (2, 3)])
@@ -279,6 +280,9 @@ def test_setbacks_are_as_asked_for():
         (lambda: trussed(CORNER, 2, pitch=-1), ArgumentError, "pitch"),
         (lambda: trussed(CORNER, 2, sides=2), ArgumentError, "sides"),
         (lambda: trussed(CORNER, 2, pattern="waren"), ArgumentError, "did you mean 'warren'"),
+        (lambda: trussed(CORNER, 2, short="plane"), ArgumentError, "did you mean 'plain'"),
+        (lambda: trussed(CORNER, 27.6), ArgumentError, 'short="plain" leaves beams too short as they are, 3 of 4'),
+        (lambda: trussed(CORNER, 500, short="plain"), ArgumentError, "no beam is long enough"),
         (lambda: trussed(CORNER, 4, setback=0.5), ArgumentError, "setback: expected more than"),
         (lambda: trussed(CORNER, 0.1, pitch=1e-5), TooLargeError, "beams"),
         (
@@ -291,3 +295,28 @@ def test_setbacks_are_as_asked_for():
 def test_trussed_names_what_is_wrong(call, error, message):
     with pytest.raises(error, match=message):
         call()
+
+
+@pytest.mark.parametrize("pattern", hierarchy.PATTERNS)
+def test_a_foam_of_girders_keeps_its_short_edges_plain(pattern):
+    foam = voronoi(frep.sphere((0, 0, 0), 40), cell_size=30, random_state=1)
+    with pytest.raises(ArgumentError, match="too wide"):
+        trussed(foam, 3, pattern=pattern)
+    made = trussed(foam, 3, bays=2, pattern=pattern, short="plain")
+    old, ends = len(foam.skeleton.nodes), made.skeleton.edges
+    plain = ends[(ends < old).all(axis=1)]
+    girders = len(foam.skeleton.edges) - len(plain)
+    assert 0 < len(plain) < len(foam.skeleton.edges)
+    np.testing.assert_array_equal(ends[-len(plain) :], plain)
+    n, b = 3, 2
+    assert len(ends) == len(plain) + girders * (2 * n + n * b + n * (b + 1) + DIAGONALS[pattern] * n * b)
+    # Whoever was joined still is, and no girder is squeezed: its longerons are at least half a bay in all.
+    assert made.connectivity().components == foam.connectivity().components
+    one_bay = trussed(foam, 3, bays=1, pattern="none", short="plain")
+    assert np.linalg.norm(np.diff(one_bay.skeleton.segments(), axis=1)[:, 0], axis=1)[: -len(plain)].min() >= 1.5 - 1e-9
+
+
+def test_where_all_beams_are_long_enough_the_option_changes_nothing():
+    there, here = trussed(CORNER, 3).skeleton, trussed(CORNER, 3, short="plain").skeleton
+    np.testing.assert_array_equal(there.nodes, here.nodes)
+    np.testing.assert_array_equal(there.edges, here.edges)

@@ -166,3 +166,10 @@ def test_the_cad_parts_are_closed(name):
 
 def test_the_skin_of_quadratic_cells():
     assert read_mesh(shared("notch_stress.vtk")).check().closed
+
+
+@pytest.mark.parametrize("name", ["part.step", "part.STP", "part.iges"])
+def test_cad_files_are_refused_with_what_to_do(tmp_path, name):
+    (tmp_path / name).write_text("ISO-10303-21;")
+    with pytest.raises(FileError, match=r"CAD file.*importers.importStep"):
+        read_mesh(tmp_path / name)
