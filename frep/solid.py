@@ -350,11 +350,15 @@ class Solid:
 
         A lattice of some hundreds of round beams, clipped by a box at most, whose diameters are constant or taper evenly,
         becomes an analytic STEP solid, moved afterwards or not; anything else a faceted one of at most `max_faces` triangles
-        (20,000 unless given), on a voxel that keeps to them where none is given. The file appears complete or not at all.
+        (20,000 unless given), thinned out from a finer mesh where no voxel is given. The file appears complete or not at all.
 
         Raises:
             FileError: unknown suffix, no such folder, no space.
             FrepError: as `mesh` and `sample`; a STEP file that would be too large.
+
+        Warns:
+            FacetsWarning: a STEP file of a lattice has facets, and why; or facets so coarse that the volume is 1 % off
+                (`frep.io.save.FacetsWarning`).
         """
         from .io.save import save_solid
 

@@ -308,7 +308,41 @@ def read_back(path: str | os.PathLike[str]) -> tuple[float, bool]:
     reader.ReadFile(os.fspath(path))
     reader.TransferRoots()
     shape = reader.OneShape()
-    return (0.0, False) if shape.IsNull() else (volume(shape), is_valid(shape))
+    return (0.0, False) if shape.IsNull() else (volume(shape), is_valid(shape) and can_be_shown(shape))
+
+
+def can_be_shown(shape: Any) -> bool:
+    """Whether every curved face falls into triangles, where there is doubt: some reach more than once round their ball.
+
+    Readers make such faces of half balls. Of one the area is right and it is "valid", and yet a CAD program shows a hole.
+    """
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.BRepTools import BRepTools
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+
+    doubtful = []
+    explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    while explorer.More():
+        face = TopoDS.Face_s(explorer.Current())
+        begin, end, _, _ = BRepTools.UVBounds_s(face)
+        if not _is_flat(face) and end - begin > 2.0 * np.pi + 1e-4:
+            doubtful.append(face)
+        explorer.Next()
+    if doubtful:
+        # Coarse triangles would not tell.
+        BRepMesh_IncrementalMesh(shape, 0.004 * float(np.cbrt(abs(volume(shape)))), False, 0.2, True)
+    return all(BRep_Tool.Triangulation_s(face, TopLoc_Location()) is not None for face in doubtful)
+
+
+def _is_flat(face: Any) -> bool:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_SurfaceType
+
+    return BRepAdaptor_Surface(face, False).GetType() == GeomAbs_SurfaceType.GeomAbs_Plane
 
 
 def solids(shape: Any) -> list[Any]:

@@ -58,38 +58,108 @@ def save_solid(
 def _save_step(
     solid: Solid, path: str | os.PathLike[str], voxel: float | None, polish: bool, max_faces: int | None
 ) -> None:
-    from frep.io import _brep, step
+    from frep.io import step
 
-    design = solid.beams
-    with progress("STEP", total=1):
-        if design is not None and design.section == "circle" and not design.blended and _balls_have_beams(design):
-            failed = None
-            for write in (_save_cells, _save_explicit):
-                try:
-                    if write(design, path):
-                        return
-                except _brep.BrepError as error:
-                    failed = error
-            if failed is not None:
-                warn(f"{failed}; the file has facets instead", UserWarning)
+    with progress("STEP"):
+        failed = None if solid.beams is None else _save_exact(solid.beams, path)
+        if solid.beams is not None and failed is None:
+            return
         limit = step.MAX_FACES if max_faces is None else max_faces
-        mesh = solid.mesh(voxel, polish=polish) if voxel is not None else _mesh_within(solid, limit, polish)
+        if voxel is None:
+            mesh, voxel, off = _mesh_within(solid, limit, polish)
+        else:
+            mesh, off = solid.mesh(voxel, polish=polish), None
         step.write_faceted_step(path, mesh, limit)
+    if failed is not None or abs(off or 0.0) > _NOTABLE:
+        reason = f"{failed}; the file has facets instead" if failed else "the file has facets"
+        volume = "" if off is None else f", and {off:+.1%} of a finer mesh's volume"
+        warn(f"{reason}: {mesh.n_faces:,} triangles on a voxel of {voxel:.3g} mm{volume}", FacetsWarning)
 
 
-def _mesh_within(solid: Solid, limit: int, polish: bool) -> Mesh:
-    """The finest mesh, roughly, of no more than `limit` triangles: where no voxel is asked for, the format decides."""
+_NOTABLE = 0.01
+"""Part of the volume that facets may be off before it is said."""
+
+
+class FacetsWarning(UserWarning):
+    """A STEP file has facets where exact faces could be expected, or facets so coarse that the volume is off."""
+
+
+def _save_exact(design: BeamDesign, path: str | os.PathLike[str]) -> str | None:
+    """Write beams as exact solids; what hindered it, None where nothing did."""
+    from frep.io import _brep
+
+    if design.section != "circle" or design.blended:
+        return "blend: blends have no exact faces" if design.blended else "section: only round beams have exact faces"
+    if not _balls_have_beams(design):
+        return "node: some balls are not the ends of beams"
+    failed = None
+    for write in (_save_cells, _save_explicit):
+        try:
+            hindrance = write(design, path)
+        except _brep.BrepError as error:
+            hindrance = str(error)
+        if hindrance is None:
+            return None
+        failed = hindrance or failed
+    return failed
+
+
+_MANY = (8, 3, 2, 1, 1, 1)
+"""Times as many triangles as wanted, from which a mesh is thinned out."""
+
+_FINE = 160_000
+"""Triangles of the first mesh that is thinned out, at least."""
+
+_THINNED = 0.05
+"""Part of its volume by which thinning may change a mesh."""
+
+
+def _mesh_within(solid: Solid, limit: int, polish: bool) -> tuple[Mesh, float, float]:
+    """The most faithful mesh, roughly, of no more than `limit` triangles: where no voxel is asked for, the format decides.
+
+    One thinned out from a fine voxel is off in volume by a tenth of what one of a coarse voxel is.
+
+    Returns:
+        The mesh; its voxel, mm; and by what part its volume is off that of the finest mesh that was tried.
+    """
     from frep.sizing import chosen_voxel
 
     voxel = chosen_voxel(solid, None, None)
-    mesh = solid.mesh(voxel, polish=polish)
-    for _ in range(4):
-        if mesh.n_faces <= limit:
+    mesh = finest = solid.mesh(voxel, polish=polish)
+    for most in (max(_MANY[0] * limit, _FINE), *(times * limit for times in _MANY[1:])):
+        if mesh.n_faces > most:
+            # Triangles grow as the surface in voxels.
+            voxel *= 1.1 * (mesh.n_faces / most) ** 0.5
+            mesh = solid.mesh(voxel, polish=polish)
+        thinned = mesh if mesh.n_faces <= limit else _thinned(mesh, limit)
+        if thinned is not None:
+            mesh = thinned
             break
-        # Triangles grow as the surface in voxels.
-        voxel *= 1.1 * (mesh.n_faces / limit) ** 0.5
-        mesh = solid.mesh(voxel, polish=polish)
-    return mesh
+    return mesh, voxel, mesh.volume / finest.volume - 1.0
+
+
+def _thinned(mesh: Mesh, limit: int) -> Mesh | None:
+    """A mesh of `limit` triangles, the fewest where it is flat; None where it is no closed surface any more."""
+    import pyvista as pv
+
+    from frep.errors import FrepError
+
+    whole, reduction = mesh.to_pyvista(), 1.0 - 0.98 * limit / mesh.n_faces
+    # The second is less faithful, and keeps a surface closed where the first has torn it.
+    for way in (
+        lambda: whole.decimate(reduction, volume_preservation=True),
+        lambda: whole.decimate_pro(reduction, preserve_topology=True, splitting=False),
+    ):
+        thin = way()
+        try:
+            found = type(mesh).from_pyvista(pv.PolyData(thin.points, thin.faces))
+        except FrepError:
+            continue
+        report = found.check()
+        sound = report.printable and not report.degenerate_faces and found.n_faces <= limit
+        if sound and abs(found.volume / mesh.volume - 1.0) < _THINNED:
+            return found
+    return None
 
 
 def _balls_have_beams(design: BeamDesign) -> bool:
@@ -128,10 +198,28 @@ def _scale(design: BeamDesign) -> float:
     return float(np.cbrt(abs(np.linalg.det(design.matrix))))
 
 
-def _tapers_evenly(design: BeamDesign, beams: ExplicitBeams) -> bool:
-    """Whether a diameter that is a Field varies as a cone does: along each beam evenly, and not across it."""
+def _off_balls(design: BeamDesign, beams: ExplicitBeams) -> float:
+    """By what part of itself a node diameter that is a Field varies, at most, over a ball that stands out of its beams."""
+    if design.node_diameter is None or design.node_diameter.is_constant:
+        return 0.0
+    widest = np.zeros(len(beams.nodes))
+    np.maximum.at(widest, beams.edges, beams.radii)
+    out = beams.balls > widest
+    nodes, balls = beams.nodes[out], beams.balls[out]
+    off = 0.0
+    for side in (*np.eye(3), *-np.eye(3)):
+        found = 0.5 * design.node_diameter((nodes + balls[:, None] * side) @ design.turn.T)
+        off = max(off, float(np.max(np.abs(found - balls) / balls, initial=0.0)))
+    return off
+
+
+def _off_cones(design: BeamDesign, beams: ExplicitBeams) -> float:
+    """By what part of itself a diameter that is a Field differs, at most, from the cones that stand for the beams.
+
+    Infinite where beams taper too steeply for that.
+    """
     if design.diameter is None or design.diameter.is_constant:
-        return True
+        return 0.0
     a, b = beams.nodes[beams.edges[:, 0]], beams.nodes[beams.edges[:, 1]]
     length = np.linalg.norm(b - a, axis=1)
     along = (b - a) / length[:, None]
@@ -139,43 +227,43 @@ def _tapers_evenly(design: BeamDesign, beams: ExplicitBeams) -> bool:
     across /= np.linalg.norm(across, axis=1)[:, None]
     sine = (beams.radii[:, 1] - beams.radii[:, 0]) / length
     if (np.abs(sine) > 0.5).any():
-        return False
+        return np.inf
+    off = 0.0
     for t in np.linspace(0.0, 1.0, 9):
         expected = ((1.0 - t) * beams.radii[:, 0] + t * beams.radii[:, 1]) / np.sqrt(1.0 - sine**2)
         middle = a + t * (b - a)
         for side in (np.zeros_like(a), across, -across, np.cross(along, across), -np.cross(along, across)):
             found = 0.5 * design.diameter((middle + expected[:, None] * side) @ design.turn.T)
-            if np.any(np.abs(found - expected) > _TAPER * expected):
-                return False
-    return True
+            off = max(off, float(np.max(np.abs(found - expected) / expected)))
+    return off
 
 
-def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
-    """Whole cells of one diameter: one cell is made and copied. False where the design is not that."""
+def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> str | None:
+    """Whole cells of one diameter: one cell is made and copied. None where it was written, "" for no such design."""
     from frep.io import step
     from frep.skeleton import PeriodicSkeleton
 
     skeleton, node = design.skeleton, design.node_diameter
     if not isinstance(skeleton, PeriodicSkeleton) or design.clip is None or not np.all(np.isfinite(design.clip)):
-        return False
+        return ""
     if design.diameter is None or not design.diameter.is_constant or not (node is None or node.is_constant):
-        return False
+        return ""
     scale = _scale(design)
     flip = np.array([np.sign(np.linalg.det(design.matrix)), 1.0, 1.0])
     rotation = design.matrix / scale * flip
     # From the axes of the box to those of the cells, which must be the same.
     back = rotation.T @ design.turn
     if not np.all(np.count_nonzero(np.abs(back) > 1e-9, axis=0) == 1):
-        return False
+        return ""
     size = scale * skeleton.size
     corners = design.clip @ np.round(back).T
     low, high = corners.min(axis=0), corners.max(axis=0)
     counts = (high - low) / size
     number = np.round(counts).astype(int)
     if np.any(np.abs(counts - number) > 1e-9 * np.maximum(number, 1)) or number.min() < 1:
-        return False
+        return ""
     if int(number.prod()) > step.MAX_CELLS or len(skeleton.edges) * int(number.prod()) > 8 * _MOST_COPIED:
-        return False
+        return ""
     # Cells begin where the box does: what lies between is part of the cell.
     begin = (low - rotation.T @ design.shift) / size
     begin -= np.round(begin)
@@ -192,26 +280,37 @@ def _save_cells(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
         low,
         turn=None if np.array_equal(rotation, np.eye(3)) else rotation,
     )
-    return True
+    return None
 
 
 _MOST_COPIED = 400
 """Beams of whole cells that are written, in eighths."""
 
 
-def _save_explicit(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
-    """Every beam by itself. False where there are too many, or they are no cylinders and cones."""
+def _save_explicit(design: BeamDesign, path: str | os.PathLike[str]) -> str | None:
+    """Every beam by itself. None where it was written, else why there are too many, or no cylinders and cones."""
     from frep.io import _brep, step
+    from frep.io._worker import TooLongError
 
     beams = explicit_beams(design)
-    if not 0 < len(beams.edges) <= step.MAX_BEAMS or not _tapers_evenly(design, beams):
-        return False
+    if not 0 < len(beams.edges) <= step.MAX_BEAMS:
+        many = f"{len(beams.edges):,} beams are" if len(beams.edges) else "its beams, or balls without any, are"
+        return f"skeleton: {many} too many for exact faces, the limit is {step.MAX_BEAMS:,} beams"
+    off = _off_cones(design, beams)
+    if off > _TAPER:
+        how = f"the Field differs from cones between the nodes by up to {off:.1%}" if np.isfinite(off) else "too steep"
+        return f"diameter: only beams that taper evenly have exact faces; {how}"
+    off = _off_balls(design, beams)
+    if off > _TAPER:
+        return f"node: the Field varies over its balls by up to {off:.1%}; only balls have exact faces"
     clip = None if design.clip is None else (design.clip[0], design.clip[1])
     upright = np.array_equal(design.turn, np.eye(3))
     turn = None if upright else design.turn
     lattice = path, beams.nodes, beams.edges, beams.radii, beams.balls, clip
     try:
         step.write_beams_step(*lattice, swept=True, turn=turn)
+    except TooLongError:
+        raise
     except _brep.BrepError:
         # Cones between discs at the nodes are thinner by so much; OpenCASCADE may unite them where it fails with hulls.
         length = np.linalg.norm(np.diff(beams.nodes[beams.edges], axis=1)[:, 0], axis=1)
@@ -219,7 +318,7 @@ def _save_explicit(design: BeamDesign, path: str | os.PathLike[str]) -> bool:
         if not 0.0 < slope.max() <= np.sqrt(2.0 * _TAPER):
             raise
         step.write_beams_step(*lattice, turn=turn)
-    return True
+    return None
 
 
 def explicit_beams(design: BeamDesign) -> ExplicitBeams:

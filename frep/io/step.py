@@ -3,7 +3,8 @@
 Promises: one valid solid where the lattice hangs together (else a compound), made of cylinders, cones, spheres and
 planes, in mm, whose volume has been checked against the beams it was made from and in the file. Hubs that are clear of
 each other are laid down in closed form (`frep/io/_net.py`); what overlaps or is cut by a box goes through OpenCASCADE's
-booleans. It is for parts of up to some thousand beams; a CAD program would choke on more.
+booleans, in a process of its own that may crash (`frep/io/_worker.py`). It is for parts of up to some thousand beams; a
+CAD program would choke on more.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +22,10 @@ import numpy.typing as npt
 
 from frep.errors import ArgumentError, FileError, FrepError, TooLargeError
 from frep.io import _brep
+from frep.io._facets import faceted_solids, welded
 from frep.io._knots import WAYS, Beams, Halves, clipped_hubs
 from frep.io._shell import Placed, solids_of
+from frep.io._worker import apart
 from frep.io.atomic import check_target, replacing
 
 if TYPE_CHECKING:
@@ -74,7 +78,7 @@ def write_beams_step(
         ArgumentError: wrong shapes, radii that are not positive, a beam without length, nothing left in the box, a
             matrix that is no rotation.
         TooLargeError: more than `MAX_BEAMS` beams.
-        BrepError: OpenCASCADE makes no correct solid of them.
+        BrepError: OpenCASCADE makes no correct solid of them, crashes, or takes too long.
         FileError: the file cannot be written.
     """
     beams = _checked_beams(nodes, edges, radii, node_radii, swept)
@@ -86,12 +90,32 @@ def write_beams_step(
             "smaller part, or write a faceted one from a coarse mesh"
         )
     check_target(path)
-    # Poles away from the beams first.
-    _write_readable(path, lambda way: _joined(beams, box, (way + 1) % _TURNS), "edges", rotation)
+    with replacing(path) as temporary:
+        name = os.fspath(path)
+        try:
+            _fill_readable(temporary, name, partial(_joined, beams, box, False), "edges", rotation)
+        except _UnionNeededError:
+            joined = partial(_joined, beams, box, True)
+            seconds = _SECONDS + _SECONDS_EACH * len(beams.edges)
+            apart(_fill_readable, temporary, name, joined, "edges", rotation, seconds=seconds, what="edges")
 
 
-def _joined(beams: Beams, box: _brep.Box | None, turn: int) -> Any:
-    """The hubs of some beams, those laid down and those united, glued to one shape, within the box."""
+_SECONDS = 60.0
+_SECONDS_EACH = 0.5
+"""Time that OpenCASCADE has to unite beams, and more of it for each; some twenty times what it usually takes."""
+
+
+class _UnionNeededError(Exception):
+    """Beams overlap, or are cut by a box: the hubs laid down are not all."""
+
+
+def _joined(beams: Beams, box: _brep.Box | None, union: bool, way: int) -> Any:
+    """The hubs of some beams, those laid down and those united, glued to one shape, within the box.
+
+    Raises:
+        _UnionNeededError: some have to be united, and `union` is False.
+    """
+    turn = (way + 1) % _TURNS  # poles away from the beams first
     halves = Halves(beams)
     knots = halves.knots()
     crossing: list[int] = []
@@ -99,6 +123,8 @@ def _joined(beams: Beams, box: _brep.Box | None, turn: int) -> Any:
         where = {knot[0]: _where(*halves.pieces(knot).bounds(), box) for knot in knots}
         knots = [knot for knot in knots if where[knot[0]] != "outside"]
         crossing = [knot[0] for knot in knots if len(knot) == 1 and where[knot[0]] == "crossing"]
+    if crossing and not union:
+        raise _UnionNeededError
     parts, left = [], crossing
     if box is not None and crossing:
         halves = _well_seamed(beams, crossing, box)
@@ -110,6 +136,8 @@ def _joined(beams: Beams, box: _brep.Box | None, turn: int) -> Any:
     united = int(np.isin(halves.node, [node for knot in rest for node in knot]).sum())
     if united > 2 * MAX_UNITED:
         raise _brep.BrepError(f"edges: {united:,} half beams overlap others; at most {2 * MAX_UNITED} can be united")
+    if rest and not union:
+        raise _UnionNeededError
     parts = _hub_solids(list(hubs.values())) + parts + _joined_knots(halves, rest, box, turn)
     if not parts:
         raise ArgumentError("clip: no beam reaches into the box; nothing is left to write")
@@ -205,7 +233,7 @@ def write_cell_pattern_step(
 ) -> None:
     """Write whole cells of a periodic lattice, cut off flat at the outer cell faces, as one exact solid.
 
-    One cell is united and cut once, its copies are glued: a second or two for dozens of cells, where a general union
+    One cell is united and cut once, its copies are glued: some seconds for dozens of cells, where a general union
     takes minutes. Beams of neighbouring cells that reach into the cell are taken along.
 
     Args:
@@ -244,22 +272,26 @@ def write_cell_pattern_step(
 
     pieces = _with_neighbours(beams.nodes, beams.edges, beams.radii, beams.balls, size)
 
-    def pattern(way: int) -> Any:
-        cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turn=way)
-        if cell is None:
-            raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
-        return _brep.glue([_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)], "counts")
+    pattern = partial(_pattern, pieces, size, start, counts)
+    seconds = _SECONDS + _SECONDS_EACH * len(pieces.start)
+    with replacing(path) as temporary:
+        name, what = os.fspath(path), "cell_edges"
+        apart(_fill_readable, temporary, name, pattern, what, rotation, seconds=seconds, what=what)
 
-    _write_readable(path, pattern, "cell_edges", rotation)
+
+def _pattern(pieces: _brep.Pieces, size: Array, start: Array, counts: tuple[int, int, int], way: int) -> Any:
+    """The cell that some pieces make, and its copies, glued."""
+    cell = _brep.unite(pieces, (np.zeros(3), size), "cell_edges: the beams of the cell", turn=way)
+    if cell is None:
+        raise ArgumentError("cell_edges: no beam reaches into the cell; nothing is left to write")
+    return _brep.glue([_brep.moved(cell, start + size * index) for index in np.ndindex(*counts)], "counts")
 
 
 _TURNS = 4
 """Ways in which poles and seams of balls are tried."""
 
 
-def _write_readable(
-    path: str | os.PathLike[str], make: Callable[[int], Any], what: str, rotation: Array | None
-) -> None:
+def _fill_readable(file: Path, name: str, make: Callable[[int], Any], what: str, rotation: Array | None) -> None:
     """Write a shape, turned, with balls as they are, or, where the file would be misread, with their poles elsewhere.
 
     Raises:
@@ -268,7 +300,7 @@ def _write_readable(
     for way in range(_TURNS):
         shape = make(way)
         try:
-            _write(path, shape if rotation is None else _brep.turned(shape, rotation), what)
+            _fill(file, name, shape if rotation is None else _brep.turned(shape, rotation), what)
         except _MisreadError:
             if way == _TURNS - 1:
                 raise
@@ -298,7 +330,7 @@ def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int 
             f"mesh: {mesh.n_faces:,} triangles are too many for a faceted STEP file, the limit is "
             f"max_faces={max_faces:,}; mesh with a larger voxel, or decimate first"
         )
-    mesh = _welded(mesh)
+    mesh = welded(mesh)
     report = mesh.check()
     if not report.printable or report.degenerate_faces:
         raise FrepError(
@@ -307,10 +339,11 @@ def write_faceted_step(path: str | os.PathLike[str], mesh: Mesh, max_faces: int 
     check_target(path)
     if mesh.volume < 0:
         mesh = type(mesh)(mesh.vertices, mesh.faces[:, ::-1])
-    shape = _brep.compound(_faceted_solids(mesh))
+    shape = _brep.compound(faceted_solids(mesh))
     if not _brep.is_valid(shape):
         raise _brep.BrepError("mesh: OpenCASCADE finds the faceted solid invalid; it may cut through itself")
-    _write(path, shape)
+    with replacing(path) as temporary:
+        _fill(temporary, os.fspath(path), shape)
 
 
 def _shape_key(pieces: _brep.Pieces, place: Array, clip: _brep.Box | None) -> bytes:
@@ -434,94 +467,6 @@ def _checked_box(clip) -> _brep.Box:
     return low, high
 
 
-def _welded(mesh: Mesh) -> Mesh:
-    """Vertices nearer than OpenCASCADE tells apart become one; triangles that collapse go."""
-    from frep.mesh import Mesh
-
-    _, first, number = np.unique(np.round(mesh.vertices, 6) + 0.0, axis=0, return_index=True, return_inverse=True)
-    faces = number.reshape(-1)[mesh.faces]
-    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return Mesh(mesh.vertices[first], faces[proper])
-
-
-def _faceted_solids(mesh: Mesh) -> list[Any]:
-    """A solid for each outer shell, with the voids inside it."""
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Solid
-
-    from frep.mesh import Mesh
-
-    shells = [Mesh(mesh.vertices, mesh.faces[part]) for part in _components(mesh)]
-    outer = [s for s in shells if s.volume > 0]
-    held: list[list[Mesh]] = [[] for _ in outer]
-    for void in (s for s in shells if s.volume <= 0):
-        point = void.vertices[void.faces[0, 0]]
-        around = [i for i, s in enumerate(outer) if _winding(s, point) > 0.5]
-        if not around:
-            raise FrepError("mesh: a part of it is inside out (a void that no outer shell holds)")
-        held[min(around, key=lambda i: outer[i].volume)].append(void)
-    builder = BRep_Builder()
-    solids = []
-    for shell, voids in zip(outer, held, strict=True):
-        solid = TopoDS_Solid()
-        builder.MakeSolid(solid)
-        for part in (shell, *voids):
-            builder.Add(solid, _faceted_shell(part.vertices, part.faces))
-        solids.append(solid)
-    return solids
-
-
-def _components(mesh: Mesh) -> list[npt.NDArray[np.bool_]]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    a, b = mesh.faces[:, [0, 1, 2]].ravel(), mesh.faces[:, [1, 2, 0]].ravel()
-    n = len(mesh.vertices)
-    _, label = connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
-    of_face = label[mesh.faces[:, 0]]
-    return [of_face == number for number in np.unique(of_face)]
-
-
-def _winding(mesh: Mesh, point: Array) -> float:
-    """Winding number of a closed mesh round a point: 1 inside, 0 outside (van Oosterom and Strackee)."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] - point for k in range(3))
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-    return float(np.arctan2(triple, below).sum() / (2.0 * np.pi))
-
-
-def _faceted_shell(vertices: Array, faces: Any) -> Any:
-    """Planes on shared edges: no sewing, every edge is made once and used in both directions."""
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
-    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
-    from OCP.TopoDS import TopoDS_Shell, TopoDS_Wire
-
-    builder = BRep_Builder()
-    used, faces = np.unique(faces, return_inverse=True)
-    vertices, faces = vertices[used], faces.reshape(-1, 3)
-    corners = [BRepBuilderAPI_MakeVertex(gp_Pnt(*row)).Vertex() for row in vertices.tolist()]
-    edges: dict[tuple[int, int], Any] = {}
-    shell = TopoDS_Shell()
-    builder.MakeShell(shell)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    for face, corner, normal in zip(faces.tolist(), a.tolist(), normals.tolist(), strict=True):
-        wire = TopoDS_Wire()
-        builder.MakeWire(wire)
-        for i, j in zip(face, face[1:] + face[:1], strict=True):
-            key = (min(i, j), max(i, j))
-            if key not in edges:
-                edges[key] = BRepBuilderAPI_MakeEdge(corners[key[0]], corners[key[1]]).Edge()
-            builder.Add(wire, edges[key] if i < j else edges[key].Reversed())
-        wire.Closed(True)
-        plane = gp_Pln(gp_Pnt(*corner), gp_Dir(*normal))
-        builder.Add(shell, BRepBuilderAPI_MakeFace(plane, wire, True).Face())
-    shell.Closed(True)
-    return shell
-
-
 def _name_product(model: Any, path: str | os.PathLike[str]) -> None:
     """Let CAD programs call the part as the file, in the letters that every reader knows."""
     from OCP.StepBasic import StepBasic_Product
@@ -536,10 +481,11 @@ def _name_product(model: Any, path: str | os.PathLike[str]) -> None:
             return
 
 
-def _write(path: str | os.PathLike[str], shape: Any, curved: str | None = None) -> None:
+def _fill(file: Path, name: str, shape: Any, curved: str | None = None) -> None:
     """Write a shape; one of curved faces (`curved` names it in messages) is read again, and its volume compared.
 
     A trimmed sphere may come back as the rest of it: the file says it by curves, and the reader guesses the side.
+    `name` is what the file will be called.
     """
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Interface import Interface_Static
@@ -547,37 +493,35 @@ def _write(path: str | os.PathLike[str], shape: Any, curved: str | None = None) 
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
     parts = _brep.solids(shape)
-    if not parts or not _brep.volume(shape) > 0:
+    # OpenCASCADE takes seconds for the volume of thousands of facets, which their mesh has told.
+    there = _brep.volume(shape) if curved is not None else 1.0
+    if not parts or not there > 0:
         raise _brep.BrepError("OpenCASCADE made no solid of positive volume; write a faceted STEP file (from a mesh)")
     # Its statistics would go to the terminal.
     Message.DefaultMessenger_s().ChangePrinters().Clear()
     writer = STEPControl_Writer()
     Interface_Static.SetCVal_s("write.step.unit", "MM")
-    Interface_Static.SetIVal_s(
-        "write.surfacecurve.mode", 0
-    )  # readers make the curves on surfaces anew; a third smaller
-    if (
-        writer.Transfer(_brep.compound(parts), STEPControl_StepModelType.STEPControl_AsIs)
-        != IFSelect_ReturnStatus.IFSelect_RetDone
-    ):
+    # Readers make the curves on surfaces anew; the file is a third smaller without.
+    Interface_Static.SetIVal_s("write.surfacecurve.mode", 0)
+    transferred = writer.Transfer(_brep.compound(parts), STEPControl_StepModelType.STEPControl_AsIs)
+    if transferred != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise _brep.BrepError("OpenCASCADE cannot express the solid in STEP; write a faceted STEP file (from a mesh)")
-    _name_product(writer.Model(), path)
-    with replacing(path) as temporary:
-        status = writer.Write(str(temporary))
-        # The status is "done" on a full disk as well; the last line tells.
-        with temporary.open("rb") as file:
-            file.seek(max(0, temporary.stat().st_size - 200))
-            complete = b"END-ISO-10303-21;" in file.read()
-        if status != IFSelect_ReturnStatus.IFSelect_RetDone or not complete:
-            raise FileError(f"path: cannot write {os.fspath(path)!r}: the file came out incomplete; is the disk full?")
-        if curved is not None:
-            there, (back, valid) = _brep.volume(shape), _brep.read_back(temporary)
-            if abs(back / there - 1.0) > 1e-3:
-                found = f"the file holds {back:.6g} mm3 of the solid's {there:.6g}"
-            elif not valid:
-                found = "the solid in the file is not valid when it is read again"
-            else:
-                return
-            raise _MisreadError(
-                f"{curved}: {found}. Change the radii by a few per cent, or write a faceted STEP file (from a mesh)"
-            )
+    _name_product(writer.Model(), name)
+    status = writer.Write(str(file))
+    # The status is "done" on a full disk as well; the last line tells.
+    with file.open("rb") as written:
+        written.seek(max(0, file.stat().st_size - 200))
+        complete = b"END-ISO-10303-21;" in written.read()
+    if status != IFSelect_ReturnStatus.IFSelect_RetDone or not complete:
+        raise FileError(f"path: cannot write {name!r}: the file came out incomplete; is the disk full?")
+    if curved is not None:
+        back, valid = _brep.read_back(file)
+        if abs(back / there - 1.0) > 1e-3:
+            found = f"the file holds {back:.6g} mm3 of the solid's {there:.6g}"
+        elif not valid:
+            found = "the solid in the file is not valid when it is read again"
+        else:
+            return
+        raise _MisreadError(
+            f"{curved}: {found}. Change the radii by a few per cent, or write a faceted STEP file (from a mesh)"
+        )
