@@ -132,34 +132,39 @@ def _require_positive(feature: Feature, points: np.ndarray) -> None:
 def _warn_of_thin(solid: Solid, grid: SparseGrid) -> None:
     if not solid.features or not len(grid.leaves):
         return
-    varying = any(not feature.width.is_constant for feature in solid.features)
-    asked = np.arange(len(grid.leaves) if varying else 0)
-    if len(asked) > _ASKED:
-        # Not every so many: leaves come in rows, and a law may keep step with them.
-        asked = np.random.default_rng(0).choice(asked, _ASKED, replace=False)
-    leaves = grid.leaves[asked]
-    near = np.abs(grid.values[asked]).min(axis=(1, 2, 3)) < 2 * grid.voxel
-    lo = np.clip(grid.origin + grid.voxel * LEAF * leaves[near], *solid.bounds)
-    hi = np.clip(lo + grid.voxel * (LEAF - 1), *solid.bounds)
+    limit = 2.0 * grid.voxel * (1.0 - 1e-9)
     thinnest, what = math.inf, ""
     for feature in solid.features:
-        width = math.inf
-        if feature.width.is_constant:
-            width = feature.width.data
-        elif len(lo):
-            _require_positive(feature, 0.5 * (lo + hi))
-            width = float(np.min(feature.width.bounds(lo, hi)[0]))
-            if not width > 0.0:
-                # Bounds that know nothing (a function without a Lipschitz bound): what was seen.
-                width = float(feature.width(0.5 * (lo + hi)).min())
+        width = feature.width.data if feature.width.is_constant else _least_below(feature, solid, grid, limit)
         if width < thinnest:
             thinnest, what = width, feature.what
-    if thinnest < 2.0 * grid.voxel * (1.0 - 1e-9):
+    if thinnest < limit:
         warn(
             f"the thinnest {what} is {thinnest:.4g} mm, less than two voxels of {grid.voxel:.4g} mm: it may be torn; "
             f"a voxel of {0.5 * thinnest:.3g} mm resolves it",
             ThinWallWarning,
         )
+
+
+def _least_below(feature: Feature, solid: Solid, grid: SparseGrid, limit: float) -> float:
+    """The least width that a law has near the surface, mm, if it is below a limit; otherwise infinity."""
+    asked = np.arange(len(grid.leaves))
+    if len(asked) > _ASKED:
+        # Not every so many: leaves come in rows, and a law may keep step with them.
+        asked = np.random.default_rng(0).choice(asked, _ASKED, replace=False)
+    lo = np.clip(grid.origin + grid.voxel * LEAF * grid.leaves[asked], *solid.bounds)
+    hi = np.clip(lo + grid.voxel * (LEAF - 1), *solid.bounds)
+    low = np.asarray(feature.width.bounds(lo, hi)[0])
+    # Most parts have none: samples are looked at last, there are 512 to a leaf.
+    thin = np.flatnonzero(~(low >= limit))
+    thin = thin[np.any(np.abs(grid.values[asked[thin]]) < 2 * grid.voxel, axis=(1, 2, 3))]
+    if not len(thin):
+        return math.inf
+    middle = 0.5 * (lo[thin] + hi[thin])
+    _require_positive(feature, middle)
+    width = float(np.min(low[thin]))
+    # Bounds that know nothing (a function without a Lipschitz bound): what was seen.
+    return width if width > 0.0 else float(feature.width(middle).min())
 
 
 _ASKED = 50_000
