@@ -340,13 +340,14 @@ def _content_key(op: str, args: tuple[Field, ...], data: Any) -> bytes:
     return h.digest()
 
 
-def _points(points) -> tuple[np.ndarray, bool]:
+def _points(points, name: str = "points") -> tuple[np.ndarray, bool]:
+    """(n, 3) float64, contiguous, and whether a single point (3,) was given."""
     try:
         pts = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise ArgumentTypeError(f"points: expected an (n, 3) array of numbers, got {type(points).__name__}") from error
+        raise ArgumentTypeError(f"{name}: expected an (n, 3) array of numbers, got {type(points).__name__}") from error
     if pts.ndim not in (1, 2) or pts.shape[-1] != 3:
-        raise ArgumentError(f"points: expected shape (3,) or (n, 3), got {pts.shape}")
+        raise ArgumentError(f"{name}: expected shape (3,) or (n, 3), got {pts.shape}")
     return np.ascontiguousarray(np.atleast_2d(pts)), pts.ndim == 1
 
 

@@ -13,13 +13,13 @@ not overlap: Keinert et al., Enhanced sphere tracing (2014); Balint and Valasek,
 from __future__ import annotations
 
 import math
-import reprlib
 from typing import Any
 
 import numpy as np
 
 from .arguments import positive, refuse_nan
 from .errors import ArgumentError, ArgumentTypeError, UnboundedError
+from .field import _points
 from .solid import Solid
 
 _BATCH = 1 << 16  # rays at once
@@ -80,19 +80,8 @@ def first_hit(
     return out
 
 
-def _rows(value: Any, name: str) -> np.ndarray:
-    """(n, 3) numbers, of which one row may be given alone."""
-    try:
-        rows = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(f"{name}: expected (n, 3) numbers, got {reprlib.repr(value)}") from None
-    if rows.ndim not in (1, 2) or rows.shape[-1] != 3:
-        raise ArgumentError(f"{name}: expected shape (3,) or (n, 3), got {rows.shape}")
-    return np.ascontiguousarray(np.atleast_2d(rows))
-
-
 def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
-    start, along = _rows(origins, "origins"), _rows(directions, "directions")
+    start, along = _points(origins, "origins")[0], _points(directions, "directions")[0]
     if len(start) != len(along):
         if 1 not in (len(start), len(along)):
             raise ArgumentError(f"directions: expected as many as origins, {len(start)}, or one, got {len(along)}")

@@ -367,7 +367,7 @@ def _shifted(pieces: _brep.Pieces, offset: Array) -> _brep.Pieces:
 
 def _with_neighbours(nodes: Array, edges, radii: Array, balls: Array, size: Array) -> _brep.Pieces:
     """The beams and balls of the cell, and those of its 26 neighbours that add something inside it."""
-    own = _cell_pieces(nodes, edges, radii, balls, [np.zeros(3)])
+    own = _cell_pieces(nodes, edges, radii, balls, np.zeros(3))
     shifts = [size * (np.array(index) - 1.0) for index in np.ndindex(3, 3, 3) if index != (1, 1, 1)]
     grid = np.stack(np.meshgrid(*(np.linspace(0, length, 33) for length in size), indexing="ij"), axis=-1).reshape(
         -1, 3
@@ -376,7 +376,7 @@ def _with_neighbours(nodes: Array, edges, radii: Array, balls: Array, size: Arra
     # A neighbour's beam that is also the cell's own (a cell may list shared ones) adds nothing.
     wanted = [own]
     for shift in shifts:
-        whole = _cell_pieces(nodes, edges, radii, balls, [shift])
+        whole = _cell_pieces(nodes, edges, radii, balls, shift)
         for k in range(len(whole.start)):
             beam = _selected(whole, [k], [])
             if beam.count_containing(left).any():
@@ -394,8 +394,7 @@ def _with_neighbours(nodes: Array, edges, radii: Array, balls: Array, size: Arra
     )
 
 
-def _cell_pieces(nodes: Array, edges, radii: Array, balls: Array, shifts: list[Array]) -> _brep.Pieces:
-    (shift,) = shifts
+def _cell_pieces(nodes: Array, edges, radii: Array, balls: Array, shift: Array) -> _brep.Pieces:
     used = np.unique(edges)
     start, end = nodes[edges[:, 0]] + shift, nodes[edges[:, 1]] + shift
     return _brep.Pieces(
